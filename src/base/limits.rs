@@ -1,0 +1,68 @@
+//! Every cap of the program, in one table, each with its reason.
+//!
+//! Input is never trusted for a size: nothing is allocated from a count that a file merely declares. The caps keep a
+//! hostile or mistaken input from filling memory or running for ever; each is far above honest use.
+
+/// A text scene (RON, NFF, P3F): 600 k spheres take about 30 MB.
+pub const SCENE_FILE_BYTES: u64 = 512 << 20;
+/// A mesh file (OBJ, PLY): ten million triangles as text.
+pub const MESH_FILE_BYTES: u64 = 2 << 30;
+/// An image file: a 16 k x 8 k sky in 16 bits.
+pub const IMAGE_FILE_BYTES: u64 = 1 << 30;
+/// Width and height of an image that is read: 16 k sky domes.
+pub const IMAGE_SIDE: u32 = 32_768;
+/// A script file: a thousand times the longest that a person writes.
+pub const SCRIPT_FILE_BYTES: u64 = 4 << 20;
+
+/// Width and height of a frame: 16 k film.
+pub const FRAME_SIDE: u32 = 16_384;
+/// Pixels of a frame: its film and its encoded rows must fit in memory beside the scene.
+pub const FRAME_PIXELS: u64 = 1 << 27;
+/// Samples per pixel: 256 x 256 strata; more would not change a 16-bit pixel.
+pub const SAMPLES: u32 = 65_536;
+/// Points on one light for one shadow estimate.
+pub const SHADOW_SAMPLES: u32 = 4_096;
+/// Ray generations: each may branch in two, so the tree is bounded by 2^depth.
+pub const RAY_DEPTH: u32 = 64;
+/// Frames of one sequence: eleven hours at 24 frames a second.
+pub const FRAMES: u32 = 1_000_000;
+/// Worker threads.
+pub const THREADS: usize = 1_024;
+
+/// Entities of a scene, spawned ones included.
+pub const ENTITIES: usize = 16_000_000;
+/// Materials of a scene.
+pub const MATERIALS: usize = 1_000_000;
+/// Triangles of a scene: primitive numbers are 32 bits and cell lists must fit too.
+pub const TRIANGLES: usize = 100_000_000;
+/// Vertices of one NFF polygon: the largest of the standard databases has 144.
+pub const POLYGON_VERTICES: usize = 100_000;
+/// Parents above one entity: a chain longer than this is a mistake, and the walk stays bounded.
+pub const HIERARCHY_DEPTH: usize = 1_024;
+/// Nesting of brackets in a RON file: the parser recurses.
+pub const NESTING: usize = 128;
+/// Length of a name or another text in a scene.
+pub const TEXT_BYTES: usize = 4_096;
+
+/// Cells of the uniform grid: 512 MB of cell starts.
+pub const GRID_CELLS: u64 = 1 << 27;
+/// Cells along one axis of the uniform grid: the walk's cost grows with it.
+pub const GRID_SIDE: u32 = 1_024;
+
+/// Operations of one script function call (`setup` or one `frame`): some seconds of interpretation.
+pub const SCRIPT_OPERATIONS: u64 = 50_000_000;
+/// Nested calls in a script: well inside a 2 MB thread stack in a debug build too.
+pub const SCRIPT_CALL_DEPTH: usize = 32;
+/// Nesting of one script expression; the parser recurses.
+pub const SCRIPT_EXPRESSION_DEPTH: usize = 64;
+/// Bytes of one string in a script.
+pub const SCRIPT_STRING_BYTES: usize = 1 << 20;
+/// Elements of one array in a script.
+pub const SCRIPT_ARRAY: usize = 1_000_000;
+/// Entries of one object map in a script.
+pub const SCRIPT_MAP: usize = 100_000;
+/// Script variables in scope, functions and modules.
+pub const SCRIPT_ITEMS: usize = 4_096;
+
+/// Diagnostics shown for one file: past this the first ones have said enough.
+pub const DIAGNOSTICS: usize = 20;

@@ -1,0 +1,163 @@
+//! The camera and its lens.
+
+use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+
+use super::record::ranges::{above, at_least, between, coordinate, position};
+use super::record::{Check, Invalid, choice, record};
+use super::value::{FieldValue, Mismatch, Text, Value};
+use crate::base::math::sin_cos_degrees;
+
+choice! {
+    /// Outline of the lens opening, and so of every blurred highlight.
+    pub enum Lens {
+        /// A disk of radius `aperture`.
+        Disk,
+        /// A square of half side `aperture`.
+        Square,
+    }
+}
+
+/// What the lens is focused on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Focus {
+    /// The origin of a named entity.
+    Entity(Text),
+    /// A point in world space.
+    Point(DVec3),
+}
+
+impl FieldValue for Focus {
+    fn to_value(&self) -> Value {
+        match self {
+            Focus::Entity(name) => Value::Text(name.clone()),
+            Focus::Point(p) => Value::Vec3(*p),
+        }
+    }
+    fn from_value(value: &Value) -> Result<Self, Mismatch> {
+        match value {
+            Value::Text(name) => Ok(Focus::Entity(name.clone())),
+            other => DVec3::from_value(other)
+                .map(Focus::Point)
+                .map_err(|_| Mismatch::new("the name of an entity or a point", other)),
+        }
+    }
+}
+
+record! {
+    /// A perspective camera with a thin lens (Cook, Porter and Carpenter, SIGGRAPH 1984).
+    pub struct Camera {
+        /// Position of the lens centre, world space.
+        pub from: DVec3 = DVec3::new(0.0, 1.0, 5.0),
+        /// The point in the middle of the picture, world space; not the same as `from`.
+        pub at: DVec3 = DVec3::ZERO,
+        /// Upwards, of any length, not along the view.
+        pub up: DVec3 = DVec3::Y,
+        /// Vertical field of view in degrees, above 0 and below 180.
+        pub fov: f64 = 40.0,
+        /// Distance from the lens to the plane in focus, along the view axis, world units. Wins over `focus`.
+        pub focus_distance: Option<f64> = None,
+        /// What to focus on; the distance from `from` to `at` if neither is given.
+        pub focus: Option<Focus> = None,
+        /// Lens radius in world units; 0 is a pinhole with everything in focus.
+        pub aperture: f64 = 0.0,
+        pub lens: Lens = Lens::Disk,
+        /// As a photographer says it: focal length in mm, takes the place of `fov`.
+        pub focal_length: Option<f64> = None,
+        /// Focal length over lens diameter; with `focal_length` takes the place of `aperture`.
+        pub f_stop: Option<f64> = None,
+        /// Width of the sensor in mm; with `focal_length` gives the field of view.
+        pub sensor_width: f64 = 36.0,
+        /// Metres in a world unit: what brings millimetres into the scene.
+        pub meters_per_unit: f64 = 1.0,
+        /// When the shutter opens and closes; moving entities stand where they are when it opens.
+        pub shutter: DVec2 = DVec2::ZERO,
+    }
+}
+
+impl Camera {
+    /// Half the height of the picture at distance 1, for a picture of the given width / height.
+    pub fn half_height(&self, aspect: f64) -> f64 {
+        match self.focal_length {
+            Some(mm) => self.sensor_width / (2.0 * mm) / aspect,
+            None => {
+                let (sin, cos) = sin_cos_degrees(self.fov / 2.0);
+                sin / cos
+            }
+        }
+    }
+
+    /// Lens radius in world units.
+    pub fn lens_radius(&self) -> f64 {
+        match (self.focal_length, self.f_stop) {
+            (Some(mm), Some(stop)) => mm / 1000.0 / (2.0 * stop) / self.meters_per_unit,
+            _ => self.aperture,
+        }
+    }
+
+    /// Unit vector from the camera into the picture.
+    pub fn axis(&self) -> DVec3 {
+        (self.at - self.from).normalize_or(DVec3::NEG_Z)
+    }
+}
+
+impl Check for Camera {
+    fn check(&self) -> Result<(), Invalid> {
+        position("from", self.from)?;
+        position("at", self.at)?;
+        position("up", self.up)?;
+        let fail = |field, message: &str| Err(Invalid { field, message: message.into() });
+        if self.from == self.at {
+            return fail("at", "`at` must not be the same point as `from`");
+        }
+        if self.up.cross(self.at - self.from).normalize_or_zero() == DVec3::ZERO {
+            return fail("up", "`up` must not be zero or along the view from `from` to `at`");
+        }
+        between("fov", self.fov, 1e-6, 179.999)?;
+        at_least("aperture", self.aperture, 0.0)?;
+        if let Some(distance) = self.focus_distance {
+            above("focus_distance", distance, 0.0)?;
+        }
+        if let Some(Focus::Point(p)) = self.focus {
+            position("focus", p)?;
+        }
+        if let Some(mm) = self.focal_length {
+            above("focal_length", mm, 0.0)?;
+        }
+        if let Some(stop) = self.f_stop {
+            above("f_stop", stop, 0.0)?;
+            if self.focal_length.is_none() {
+                return fail("f_stop", "`f_stop` needs `focal_length`: the lens is focal_length / f_stop wide");
+            }
+        }
+        above("sensor_width", self.sensor_width, 0.0)?;
+        above("meters_per_unit", self.meters_per_unit, 0.0)?;
+        coordinate("shutter", self.shutter.x)?;
+        coordinate("shutter", self.shutter.y)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_photographers_lens_has_its_known_numbers() {
+        // 50 mm on full frame sees 39.6 degrees across; at f/2 the opening is 25 mm wide.
+        let camera = Camera { focal_length: Some(50.0), f_stop: Some(2.0), ..Camera::default() };
+        assert!((camera.half_height(1.0) - 0.36).abs() < 1e-12);
+        assert!((camera.lens_radius() - 0.0125).abs() < 1e-12);
+        assert!((Camera { fov: 90.0, ..Camera::default() }.half_height(2.0) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn impossible_cameras_are_named() {
+        let field = |camera: Camera| camera.check().unwrap_err().field;
+        let good = Camera::default;
+        assert_eq!(field(Camera { at: good().from, ..good() }), "at");
+        assert_eq!(field(Camera { up: good().at - good().from, ..good() }), "up");
+        assert_eq!(field(Camera { fov: f64::NAN, ..good() }), "fov");
+        assert_eq!(field(Camera { f_stop: Some(2.8), ..good() }), "f_stop");
+        assert!(good().check().is_ok());
+    }
+}

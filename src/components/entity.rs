@@ -1,0 +1,343 @@
+//! Entities as plain data: bags of components, the scene made of them, and the edits that change it.
+//!
+//! This is the form in which scenes are loaded, shown to scripts and written again. `systems::spawn` turns it into a
+//! hecs World; an entity's index here is its authored order there.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use serde::de::{Error as _, MapAccess, Visitor};
+use serde::ser::SerializeStruct;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::*;
+
+/// Declares every kind of component that an entity can carry, once.
+macro_rules! components {
+    ($( $(#[$meta:meta])* $name:ident : $variant:ident ),* $(,)?) => {
+        /// A component by its name in RON and Rhai.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum Kind { $( $(#[$meta])* $variant ),* }
+
+        impl Kind {
+            pub const ALL: &'static [Kind] = &[$( Kind::$variant ),*];
+            pub const NAMES: &'static [&'static str] = &[$( stringify!($name) ),*];
+
+            pub fn name(self) -> &'static str {
+                match self { $( Kind::$variant => stringify!($name) ),* }
+            }
+            pub fn parse(name: &str) -> Option<Kind> {
+                match name { $( stringify!($name) => Some(Kind::$variant), )* _ => None }
+            }
+            /// Field names of the component.
+            pub fn fields(self) -> &'static [&'static str] {
+                match self { $( Kind::$variant => $variant::FIELDS ),* }
+            }
+            /// The component with every field at its default.
+            pub fn default_component(self) -> Component {
+                match self { $( Kind::$variant => Component::$variant($variant::default()) ),* }
+            }
+            /// Reads one component of this kind.
+            pub fn deserialize<'de, D: Deserializer<'de>>(self, d: D) -> Result<Component, D::Error> {
+                match self { $( Kind::$variant => $variant::deserialize(d).map(Component::$variant) ),* }
+            }
+        }
+
+        /// A component of any kind.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Component { $( $variant($variant) ),* }
+
+        impl Component {
+            pub fn kind(&self) -> Kind {
+                match self { $( Component::$variant(_) => Kind::$variant ),* }
+            }
+            /// Access to its fields by name.
+            pub fn record(&self) -> &dyn Record {
+                match self { $( Component::$variant(c) => c ),* }
+            }
+            pub fn record_mut(&mut self) -> &mut dyn Record {
+                match self { $( Component::$variant(c) => c ),* }
+            }
+        }
+
+        $( impl From<$variant> for Component {
+            fn from(c: $variant) -> Component {
+                Component::$variant(c)
+            }
+        } )*
+
+        impl Serialize for Component {
+            fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
+                match self { $( Component::$variant(c) => c.serialize(s) ),* }
+            }
+        }
+    };
+}
+
+components! {
+    transform: Transform,
+    motion: Motion,
+    sphere: Sphere,
+    triangle: Triangle,
+    plane: Plane,
+    aabox: AABox,
+    cylinder: Cylinder,
+    cone: Cone,
+    mesh: Mesh,
+    /// The name of the material that the entity wears.
+    material: MaterialName,
+    texture: Texture,
+    point_light: PointLight,
+    area_light: AreaLight,
+}
+
+/// One entity: a name, tags, and at most one component of each kind, in the order of [`Kind::ALL`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Bag {
+    pub name: Option<Text>,
+    pub tags: Vec<Text>,
+    components: Vec<Component>,
+}
+
+impl Bag {
+    pub fn new(components: impl IntoIterator<Item = Component>) -> Self {
+        let mut bag = Bag::default();
+        components.into_iter().for_each(|c| bag.put(c));
+        bag
+    }
+
+    pub fn named(mut self, name: impl Into<Text>) -> Self {
+        self.name = Some(name.into());
+        self
+    }
+
+    pub fn components(&self) -> &[Component] {
+        &self.components
+    }
+
+    pub fn get(&self, kind: Kind) -> Option<&Component> {
+        self.components.iter().find(|c| c.kind() == kind)
+    }
+
+    /// Adds a component, in place of one of the same kind.
+    pub fn put(&mut self, component: Component) {
+        match self.components.binary_search_by_key(&component.kind(), Component::kind) {
+            Ok(i) => self.components[i] = component,
+            Err(i) => {
+                if self.components.is_empty() {
+                    self.components.reserve_exact(2);
+                }
+                self.components.insert(i, component);
+            }
+        }
+    }
+
+    pub fn take(&mut self, kind: Kind) -> Option<Component> {
+        let i = self.components.iter().position(|c| c.kind() == kind)?;
+        Some(self.components.remove(i))
+    }
+
+    /// What a message calls this entity.
+    pub fn label(&self, index: usize) -> String {
+        match &self.name {
+            Some(name) => format!("entity `{name}`"),
+            None => format!("entity {}", index + 1),
+        }
+    }
+
+    /// Every key that an entity may have in a scene.
+    pub fn keys() -> impl Iterator<Item = &'static str> {
+        ["name", "tags"].into_iter().chain(Kind::NAMES.iter().copied())
+    }
+}
+
+impl Serialize for Bag {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let count = self.components.len() + usize::from(self.name.is_some()) + usize::from(!self.tags.is_empty());
+        let mut out = serializer.serialize_struct("Entity", count)?;
+        if let Some(name) = &self.name {
+            out.serialize_field("name", name)?;
+        }
+        if !self.tags.is_empty() {
+            out.serialize_field("tags", &self.tags)?;
+        }
+        for component in &self.components {
+            out.serialize_field(component.kind().name(), component)?;
+        }
+        out.end()
+    }
+}
+
+/// Carries the kind to the place where its value is read.
+struct KindSeed(Kind);
+
+impl<'de> serde::de::DeserializeSeed<'de> for KindSeed {
+    type Value = Component;
+    fn deserialize<D: Deserializer<'de>>(self, d: D) -> Result<Component, D::Error> {
+        self.0.deserialize(d)
+    }
+}
+
+impl<'de> Deserialize<'de> for Bag {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct BagVisitor;
+        impl<'de> Visitor<'de> for BagVisitor {
+            type Value = Bag;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("an entity: (name: ..., sphere: (...), material: ...)")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Bag, A::Error> {
+                let mut bag = Bag::default();
+                while let Some(key) = map.next_key::<Key>()? {
+                    match key {
+                        Key::Name => bag.name = Some(map.next_value()?),
+                        Key::Tags => bag.tags = map.next_value()?,
+                        Key::Kind(kind) if bag.get(kind).is_some() => {
+                            return Err(A::Error::duplicate_field(kind.name()));
+                        }
+                        Key::Kind(kind) => bag.put(map.next_value_seed(KindSeed(kind))?),
+                    }
+                }
+                Ok(bag)
+            }
+        }
+        deserializer.deserialize_struct("Entity", KEYS, BagVisitor)
+    }
+}
+
+/// The keys of an entity, as serde wants them; equal to [`Bag::keys`].
+const KEYS: &[&str] = &{
+    let mut keys = [""; Kind::NAMES.len() + 2];
+    (keys[0], keys[1]) = ("name", "tags");
+    let mut i = 0;
+    while i < Kind::NAMES.len() {
+        keys[i + 2] = Kind::NAMES[i];
+        i += 1;
+    }
+    keys
+};
+
+enum Key {
+    Name,
+    Tags,
+    Kind(Kind),
+}
+
+impl<'de> Deserialize<'de> for Key {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct KeyVisitor;
+        impl Visitor<'_> for KeyVisitor {
+            type Value = Key;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("the name of a component")
+            }
+            fn visit_str<E: serde::de::Error>(self, key: &str) -> Result<Key, E> {
+                match key {
+                    "name" => Ok(Key::Name),
+                    "tags" => Ok(Key::Tags),
+                    other => Kind::parse(other).map(Key::Kind).ok_or_else(|| E::unknown_field(other, KEYS)),
+                }
+            }
+        }
+        deserializer.deserialize_identifier(KeyVisitor)
+    }
+}
+
+/// A whole scene as data: what a scene file says, with every reference checked.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scene {
+    pub camera: Camera,
+    pub render: Render,
+    /// Named materials in authored order; the names differ.
+    pub materials: Vec<(Text, Material)>,
+    pub entities: Vec<Bag>,
+    /// Folder that file names in the scene are relative to.
+    pub base: PathBuf,
+}
+
+impl Scene {
+    pub fn material_index(&self, name: &str) -> Option<usize> {
+        self.materials.iter().position(|(known, _)| &**known == name)
+    }
+
+    pub fn entity_index(&self, name: &str) -> Option<usize> {
+        self.entities.iter().position(|bag| bag.name.as_deref() == Some(name))
+    }
+}
+
+/// One change to a scene. Indices count in authored order; spawned entities and materials continue it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Edit {
+    Camera(Camera),
+    Render(Render),
+    /// Replaces a material's values.
+    Material {
+        index: usize,
+        material: Material,
+    },
+    /// Adds a named material at the end.
+    AddMaterial {
+        name: Text,
+        material: Material,
+    },
+    /// Adds or replaces one component.
+    Put {
+        entity: usize,
+        component: Component,
+    },
+    /// Removes one component.
+    Take {
+        entity: usize,
+        kind: Kind,
+    },
+    Tags {
+        entity: usize,
+        tags: Vec<Text>,
+    },
+    /// Adds an entity at the end.
+    Spawn(Bag),
+    /// Removes an entity; its index stays taken.
+    Despawn {
+        entity: usize,
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn a_bag_keeps_one_component_of_a_kind_in_order() {
+        let mut bag = Bag::new([Sphere::default().into(), Transform::default().into()]);
+        bag.put(Sphere { radius: 2.0, ..Sphere::default() }.into());
+        let kinds: Vec<Kind> = bag.components().iter().map(Component::kind).collect();
+        assert_eq!(kinds, [Kind::Transform, Kind::Sphere]);
+        assert_eq!(bag.get(Kind::Sphere).unwrap().record().get("radius"), Some(Value::Number(2.0)));
+        assert!(bag.take(Kind::Sphere).is_some() && bag.get(Kind::Sphere).is_none());
+    }
+
+    #[test]
+    fn fields_are_set_by_name_and_judged() {
+        let mut component = Kind::Sphere.default_component();
+        let center = Value::List(vec![Value::Int(1), Value::Int(2), Value::Int(3)]);
+        component.record_mut().set("center", &center).unwrap();
+        assert_eq!(component, Sphere { center: DVec3::new(1.0, 2.0, 3.0), radius: 1.0 }.into());
+        component.record_mut().set("radius", &Value::Number(f64::NAN)).unwrap();
+        assert_eq!(component.record().check().unwrap_err().field, "radius");
+        let unknown = component.record_mut().set("raduis", &Value::Int(1)).unwrap_err();
+        assert_eq!(unknown, FieldError::Unknown { known: &["center", "radius"] });
+    }
+
+    #[test]
+    fn every_kind_has_a_name_and_default_fields() {
+        for kind in Kind::ALL {
+            assert_eq!(Kind::parse(kind.name()), Some(*kind));
+            let component = kind.default_component();
+            assert_eq!(component.kind(), *kind);
+            for field in kind.fields() {
+                assert!(component.record().get(field).is_some(), "{}.{field}", kind.name());
+            }
+        }
+    }
+}

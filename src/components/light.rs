@@ -1,0 +1,70 @@
+//! Lights. They shine; they are not seen themselves.
+
+use glam::{DVec2, DVec3};
+
+use super::record::ranges::{color, position};
+use super::record::{Check, Invalid, choice, record};
+
+choice! {
+    /// How a light weakens with distance.
+    pub enum Falloff {
+        /// Not at all, as the ancestors have it.
+        Constant,
+        /// With the inverse square of the distance in world units; `color` is what arrives at distance 1.
+        InverseSquare,
+    }
+}
+
+record! {
+    /// A light at a point.
+    pub struct PointLight {
+        /// Position, local space.
+        pub position: DVec3 = DVec3::ZERO,
+        /// Linear intensity, 0 and up.
+        pub color: DVec3 = DVec3::ONE,
+        pub falloff: Falloff = Falloff::Constant,
+    }
+}
+
+impl Check for PointLight {
+    fn check(&self) -> Result<(), Invalid> {
+        position("position", self.position)?;
+        color("color", self.color)
+    }
+}
+
+record! {
+    /// A parallelogram that shines from all its points, to both sides.
+    ///
+    /// It lies in the local xz plane around `position`, unless `edges` say otherwise.
+    pub struct AreaLight {
+        /// Centre, local space.
+        pub position: DVec3 = DVec3::ZERO,
+        /// Width along local x and depth along local z, 0 and up.
+        pub size: DVec2 = DVec2::ONE,
+        /// Its two edges, local space; take the place of `size`.
+        pub edges: Option<[DVec3; 2]> = None,
+        /// Linear intensity of the whole light, 0 and up.
+        pub color: DVec3 = DVec3::ONE,
+        pub falloff: Falloff = Falloff::Constant,
+    }
+}
+
+impl AreaLight {
+    /// The two edge vectors, local space.
+    pub fn edge_vectors(&self) -> [DVec3; 2] {
+        self.edges.unwrap_or([DVec3::X * self.size.x, DVec3::Z * self.size.y])
+    }
+}
+
+impl Check for AreaLight {
+    fn check(&self) -> Result<(), Invalid> {
+        position("position", self.position)?;
+        position("size", self.size.extend(0.0))?;
+        if self.size.x < 0.0 || self.size.y < 0.0 {
+            return Err(Invalid { field: "size", message: "`size` must not be negative".into() });
+        }
+        self.edges.iter().flatten().try_for_each(|e| position("edges", *e))?;
+        color("color", self.color)
+    }
+}

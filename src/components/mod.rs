@@ -1,0 +1,25 @@
+//! What an entity can carry, as plain structs.
+//!
+//! Each component is declared once (`record!`), which gives it defaults, its RON form and access by field name; the
+//! list of kinds stands in [`entity`]. Numbers are `f64` here, where people write them; the kernel works in `f32`.
+//! Space, unit and range of every field stand beside it.
+
+pub mod camera;
+pub mod entity;
+pub mod light;
+pub mod material;
+pub mod record;
+pub mod render;
+pub mod shapes;
+pub mod transform;
+pub mod value;
+
+pub use camera::{Camera, Focus, Lens};
+pub use entity::{Bag, Component, Edit, Kind, Scene};
+pub use light::{AreaLight, Falloff, PointLight};
+pub use material::{Material, MaterialName, Texture};
+pub use record::{Check, FieldError, Invalid, Record};
+pub use render::{Accel, Fresnel, Integrator, Render, Shadows, Transfer};
+pub use shapes::{AABox, Cone, Cylinder, Mesh, MeshData, Plane, Sphere, Triangle};
+pub use transform::{Motion, Scale, Transform};
+pub use value::{FieldValue, Mismatch, Text, Value};

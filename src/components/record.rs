@@ -1,0 +1,214 @@
+//! One declaration per component: struct, defaults, serde form and access by field name.
+//!
+//! `record!` keeps the names of RON, Rhai and Rust the same by construction: a field exists once. `choice!` does the
+//! same for settings that are one word out of a few.
+
+use super::value::{Mismatch, Value};
+
+/// Why a field could not be read or set.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FieldError {
+    /// No field of that name; what the record has instead.
+    Unknown { known: &'static [&'static str] },
+    /// A value of the wrong shape.
+    Mismatch(Mismatch),
+}
+
+/// A value of the right shape that makes no sense: which field, and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Invalid {
+    pub field: &'static str,
+    pub message: String,
+}
+
+/// Access to a component's fields by name.
+pub trait Record {
+    /// Field names in declared order.
+    fn fields(&self) -> &'static [&'static str];
+    fn get(&self, field: &str) -> Option<Value>;
+    /// Sets a field without judging ranges; call [`Record::check`] afterwards.
+    ///
+    /// # Errors
+    /// [`FieldError`] if the field is unknown or the value has another shape.
+    fn set(&mut self, field: &str, value: &Value) -> Result<(), FieldError>;
+    /// # Errors
+    /// [`Invalid`] for the first field whose value is out of its documented range.
+    fn check(&self) -> Result<(), Invalid>;
+}
+
+/// Ranges of a component's fields, written by hand beside its declaration.
+pub trait Check {
+    /// # Errors
+    /// [`Invalid`] for the first field whose value is out of its documented range.
+    fn check(&self) -> Result<(), Invalid>;
+}
+
+/// Declares a component; every field has a default, so that a scene states only what differs.
+macro_rules! record {
+    ($(#[$meta:meta])* pub struct $name:ident { $( $(#[$field_meta:meta])* pub $field:ident : $type:ty = $default:expr, )* }) => {
+        $(#[$meta])*
+        #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct $name { $( $(#[$field_meta])* pub $field: $type, )* }
+
+        impl Default for $name {
+            fn default() -> Self {
+                $name { $( $field: $default, )* }
+            }
+        }
+
+        impl $name {
+            /// Field names in declared order.
+            pub const FIELDS: &'static [&'static str] = &[$( stringify!($field) ),*];
+        }
+
+        impl $crate::components::Record for $name {
+            fn fields(&self) -> &'static [&'static str] {
+                Self::FIELDS
+            }
+            fn get(&self, field: &str) -> Option<$crate::components::Value> {
+                match field {
+                    $( stringify!($field) => Some($crate::components::FieldValue::to_value(&self.$field)), )*
+                    _ => None,
+                }
+            }
+            fn set(&mut self, field: &str, value: &$crate::components::Value) -> Result<(), $crate::components::FieldError> {
+                use $crate::components::FieldError;
+                match field {
+                    $( stringify!($field) => {
+                        self.$field = $crate::components::FieldValue::from_value(value).map_err(FieldError::Mismatch)?;
+                        Ok(())
+                    } )*
+                    _ => Err(FieldError::Unknown { known: Self::FIELDS }),
+                }
+            }
+            fn check(&self) -> Result<(), $crate::components::Invalid> {
+                $crate::components::Check::check(self)
+            }
+        }
+
+        /// Only the fields that differ from their defaults are written.
+        impl serde::Serialize for $name {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                use serde::ser::SerializeStruct;
+                let default = Self::default();
+                let count = 0 $( + usize::from(self.$field != default.$field) )*;
+                let mut out = serializer.serialize_struct(stringify!($name), count)?;
+                $( if self.$field != default.$field {
+                    out.serialize_field(stringify!($field), &self.$field)?;
+                } )*
+                out.end()
+            }
+        }
+    };
+}
+pub(crate) use record;
+
+/// Declares a setting that is one word out of a few.
+macro_rules! choice {
+    ($(#[$meta:meta])* pub enum $name:ident { $( $(#[$variant_meta:meta])* $variant:ident, )* }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+        pub enum $name { $( $(#[$variant_meta])* $variant, )* }
+
+        impl $name {
+            /// The words as they are written in a scene.
+            pub const NAMES: &'static [&'static str] = &[$( stringify!($variant) ),*];
+
+            /// The word of this choice.
+            pub fn name(self) -> &'static str {
+                match self { $( $name::$variant => stringify!($variant), )* }
+            }
+
+            /// The choice of a word, whatever its case.
+            pub fn parse(word: &str) -> Option<Self> {
+                let plain = word.replace(['_', '-'], "");
+                $( if plain.eq_ignore_ascii_case(stringify!($variant)) { return Some($name::$variant); } )*
+                None
+            }
+        }
+
+        impl $crate::components::FieldValue for $name {
+            fn to_value(&self) -> $crate::components::Value {
+                $crate::components::Value::Text(self.name().into())
+            }
+            fn from_value(value: &$crate::components::Value) -> Result<Self, $crate::components::Mismatch> {
+                use $crate::components::{Mismatch, Value};
+                let Value::Text(word) = value else {
+                    return Err(Mismatch::new(&format!("one of {}", Self::NAMES.join(", ")), value));
+                };
+                Self::parse(word).ok_or_else(|| Mismatch {
+                    help: $crate::base::diagnostics::suggestion(word, Self::NAMES.iter().copied()),
+                    ..Mismatch::new(&format!("one of {}", Self::NAMES.join(", ")), value)
+                })
+            }
+        }
+    };
+}
+pub(crate) use choice;
+
+/// Range checks that say what is allowed.
+pub mod ranges {
+    use super::Invalid;
+    use glam::DVec3;
+
+    fn fail(field: &'static str, message: String) -> Result<(), Invalid> {
+        Err(Invalid { field, message })
+    }
+
+    pub fn finite(field: &'static str, x: f64) -> Result<(), Invalid> {
+        if x.is_finite() { Ok(()) } else { fail(field, format!("`{field}` must be a finite number, not {x}")) }
+    }
+
+    /// The largest coordinate: its square, and the square of a square, must stay inside `f32` in the kernel.
+    pub const FARTHEST: f64 = 1e9;
+
+    pub fn coordinate(field: &'static str, x: f64) -> Result<(), Invalid> {
+        finite(field, x)?;
+        if x.abs() <= FARTHEST {
+            Ok(())
+        } else {
+            fail(field, format!("`{field}` must lie within +-{FARTHEST:e}, not {x}"))
+        }
+    }
+
+    pub fn position(field: &'static str, v: DVec3) -> Result<(), Invalid> {
+        v.to_array().into_iter().try_for_each(|x| coordinate(field, x))
+    }
+
+    pub fn direction(field: &'static str, v: DVec3) -> Result<(), Invalid> {
+        position(field, v)?;
+        if v == DVec3::ZERO { fail(field, format!("`{field}` must not be the zero vector")) } else { Ok(()) }
+    }
+
+    pub fn at_least(field: &'static str, x: f64, low: f64) -> Result<(), Invalid> {
+        coordinate(field, x)?;
+        if x >= low { Ok(()) } else { fail(field, format!("`{field}` must be at least {low}, not {x}")) }
+    }
+
+    pub fn above(field: &'static str, x: f64, low: f64) -> Result<(), Invalid> {
+        coordinate(field, x)?;
+        if x > low { Ok(()) } else { fail(field, format!("`{field}` must be greater than {low}, not {x}")) }
+    }
+
+    pub fn between(field: &'static str, x: f64, low: f64, high: f64) -> Result<(), Invalid> {
+        finite(field, x)?;
+        if (low..=high).contains(&x) {
+            Ok(())
+        } else {
+            fail(field, format!("`{field}` must be from {low} to {high}, not {x}"))
+        }
+    }
+
+    pub fn whole(field: &'static str, x: u64, low: u64, high: u64) -> Result<(), Invalid> {
+        if (low..=high).contains(&x) {
+            Ok(())
+        } else {
+            fail(field, format!("`{field}` must be a whole number from {low} to {high}, not {x}"))
+        }
+    }
+
+    pub fn color(field: &'static str, v: DVec3) -> Result<(), Invalid> {
+        v.to_array().into_iter().try_for_each(|x| at_least(field, x, 0.0))
+    }
+}

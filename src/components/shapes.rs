@@ -1,0 +1,297 @@
+//! Shapes: plain numbers in the local space of their entity.
+//!
+//! A shape stands where its fields put it; the entity's transform, if any, then carries it into the world. Lengths are
+//! world units before that transform.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use serde::ser::SerializeStruct;
+use serde::{Deserialize, Serialize};
+
+use super::record::ranges::{at_least, coordinate, direction, position};
+use super::record::{Check, Invalid, record};
+use super::value::{FieldValue, Mismatch, Text, Value};
+use super::{FieldError, Record};
+
+record! {
+    /// A sphere.
+    pub struct Sphere {
+        /// Centre, local space.
+        pub center: DVec3 = DVec3::ZERO,
+        /// Radius, not 0; a negative one shows the inside only (as NFF has it).
+        pub radius: f64 = 1.0,
+    }
+}
+
+impl Check for Sphere {
+    fn check(&self) -> Result<(), Invalid> {
+        position("center", self.center)?;
+        nonzero("radius", self.radius)
+    }
+}
+
+fn nonzero(field: &'static str, x: f64) -> Result<(), Invalid> {
+    coordinate(field, x)?;
+    if x == 0.0 { Err(Invalid { field, message: format!("`{field}` must not be 0") }) } else { Ok(()) }
+}
+
+record! {
+    /// One triangle, counter-clockwise seen from its front.
+    pub struct Triangle {
+        /// Corners, local space.
+        pub vertices: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y],
+        /// Shading normals at the corners, of any length; flat without them.
+        pub normals: Option<Box<[DVec3; 3]>> = None,
+    }
+}
+
+impl Check for Triangle {
+    fn check(&self) -> Result<(), Invalid> {
+        self.vertices.iter().try_for_each(|v| position("vertices", *v))?;
+        self.normals.iter().flat_map(|n| n.iter()).try_for_each(|n| position("normals", *n))
+    }
+}
+
+record! {
+    /// An infinite plane.
+    pub struct Plane {
+        /// Any point of it, local space.
+        pub point: DVec3 = DVec3::ZERO,
+        /// Its front side, of any length but 0.
+        pub normal: DVec3 = DVec3::Y,
+    }
+}
+
+impl Check for Plane {
+    fn check(&self) -> Result<(), Invalid> {
+        position("point", self.point)?;
+        direction("normal", self.normal)
+    }
+}
+
+record! {
+    /// A solid box along the local axes.
+    pub struct AABox {
+        /// Lower corner, local space.
+        pub min: DVec3 = DVec3::splat(-0.5),
+        /// Upper corner, local space; not below `min` on any axis.
+        pub max: DVec3 = DVec3::splat(0.5),
+    }
+}
+
+impl Check for AABox {
+    fn check(&self) -> Result<(), Invalid> {
+        position("min", self.min)?;
+        position("max", self.max)?;
+        if self.min.cmple(self.max).all() {
+            return Ok(());
+        }
+        let message = format!("`max` {} must not be below `min` {} on any axis", self.max, self.min);
+        Err(Invalid { field: "max", message })
+    }
+}
+
+record! {
+    /// A cylinder between two points.
+    pub struct Cylinder {
+        /// Centre of one end, local space.
+        pub base: DVec3 = DVec3::ZERO,
+        /// Centre of the other end; not the same point.
+        pub apex: DVec3 = DVec3::Y,
+        /// Radius, not 0; negative shows the inside only.
+        pub radius: f64 = 0.5,
+        /// Whether disks close the ends.
+        pub capped: bool = true,
+    }
+}
+
+impl Check for Cylinder {
+    fn check(&self) -> Result<(), Invalid> {
+        nonzero("radius", self.radius)?;
+        axis(self.base, self.apex)
+    }
+}
+
+fn axis(base: DVec3, apex: DVec3) -> Result<(), Invalid> {
+    position("base", base)?;
+    position("apex", apex)?;
+    if base == apex {
+        return Err(Invalid { field: "apex", message: "`apex` must not be the same point as `base`".into() });
+    }
+    Ok(())
+}
+
+record! {
+    /// A cone, or the frustum of one, between two points.
+    pub struct Cone {
+        /// Centre of the wide end, local space.
+        pub base: DVec3 = DVec3::ZERO,
+        /// Radius at the base; both radii negative show the inside only.
+        pub base_radius: f64 = 0.5,
+        /// Centre of the other end; not the same point.
+        pub apex: DVec3 = DVec3::Y,
+        /// Radius at the apex; 0 is a point.
+        pub apex_radius: f64 = 0.0,
+        /// Whether disks close the ends.
+        pub capped: bool = true,
+    }
+}
+
+impl Check for Cone {
+    fn check(&self) -> Result<(), Invalid> {
+        coordinate("base_radius", self.base_radius)?;
+        coordinate("apex_radius", self.apex_radius)?;
+        axis(self.base, self.apex)?;
+        if self.base_radius == 0.0 && self.apex_radius == 0.0 {
+            return Err(Invalid { field: "base_radius", message: "one of the radii must not be 0".into() });
+        }
+        if self.base_radius * self.apex_radius < 0.0 {
+            let message = "`base_radius` and `apex_radius` must have the same sign".into();
+            return Err(Invalid { field: "apex_radius", message });
+        }
+        Ok(())
+    }
+}
+
+/// Vertices and triangles of a mesh, shared by all who use it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MeshData {
+    /// Positions, local space.
+    pub vertices: Vec<Vec3>,
+    /// Corners as indices from 0, counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+    /// One shading normal per vertex, or none at all.
+    pub normals: Vec<Vec3>,
+}
+
+impl MeshData {
+    /// Area-weighted vertex normals from the triangles around each vertex.
+    pub fn smooth_normals(&self) -> Vec<Vec3> {
+        let mut sums = vec![Vec3::ZERO; self.vertices.len()];
+        for &[a, b, c] in &self.triangles {
+            let (pa, pb, pc) = (self.vertices[a as usize], self.vertices[b as usize], self.vertices[c as usize]);
+            let weighted = (pb - pa).cross(pc - pa);
+            for corner in [a, b, c] {
+                sums[corner as usize] += weighted;
+            }
+        }
+        sums.into_iter().map(|n| n.try_normalize().unwrap_or(Vec3::Y)).collect()
+    }
+}
+
+/// An indexed triangle mesh, from a file or written out.
+///
+/// In a scene: `mesh: (file: "bunny.obj", smooth: true)` or
+/// `mesh: (vertices: [(0, 0, 0), ...], triangles: [(0, 1, 2), ...])`. The loader fills `data` from `file`.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// OBJ or PLY file, relative to the scene; `None` when the mesh is written out.
+    pub file: Option<Text>,
+    /// Whether missing vertex normals are computed from the triangles around each vertex.
+    pub smooth: bool,
+    pub data: Arc<MeshData>,
+}
+
+impl Mesh {
+    pub const FIELDS: &'static [&'static str] = &["file", "smooth", "vertices", "triangles", "normals"];
+}
+
+impl PartialEq for Mesh {
+    fn eq(&self, other: &Self) -> bool {
+        let same_data = Arc::ptr_eq(&self.data, &other.data) || self.data == other.data;
+        self.file == other.file && self.smooth == other.smooth && same_data
+    }
+}
+
+impl Record for Mesh {
+    fn fields(&self) -> &'static [&'static str] {
+        Self::FIELDS
+    }
+    fn get(&self, field: &str) -> Option<Value> {
+        match field {
+            "file" => Some(self.file.to_value()),
+            "smooth" => Some(self.smooth.to_value()),
+            "vertices" => Some(self.data.vertices.to_value()),
+            "normals" => Some(self.data.normals.to_value()),
+            "triangles" => Some(self.data.triangles.to_value()),
+            _ => None,
+        }
+    }
+    fn set(&mut self, field: &str, value: &Value) -> Result<(), FieldError> {
+        let wrong = FieldError::Mismatch;
+        match field {
+            "file" => {
+                let message = "`file` of a mesh is read when the scene is loaded and cannot be set by a script".into();
+                return Err(wrong(Mismatch { message, help: Some("name it in the scene".into()) }));
+            }
+            "smooth" => self.smooth = bool::from_value(value).map_err(wrong)?,
+            "vertices" => Arc::make_mut(&mut self.data).vertices = Vec::from_value(value).map_err(wrong)?,
+            "normals" => Arc::make_mut(&mut self.data).normals = Vec::from_value(value).map_err(wrong)?,
+            "triangles" => Arc::make_mut(&mut self.data).triangles = Vec::from_value(value).map_err(wrong)?,
+            _ => return Err(FieldError::Unknown { known: Self::FIELDS }),
+        }
+        if field != "smooth" {
+            self.file = None;
+        }
+        Ok(())
+    }
+    fn check(&self) -> Result<(), Invalid> {
+        let data = &self.data;
+        data.vertices.iter().try_for_each(|v| position("vertices", v.as_dvec3()))?;
+        data.normals.iter().try_for_each(|n| position("normals", n.as_dvec3()))?;
+        let count = data.vertices.len();
+        if let Some(index) = data.triangles.iter().flatten().find(|i| **i as usize >= count) {
+            let message = format!("vertex {index} of `triangles` does not exist; there are {count}, numbered from 0");
+            return Err(Invalid { field: "triangles", message });
+        }
+        if !data.normals.is_empty() && data.normals.len() != count {
+            let message = format!("{} normals for {count} vertices: one each, or none", data.normals.len());
+            return Err(Invalid { field: "normals", message });
+        }
+        at_least("vertices", count as f64, 0.0)
+    }
+}
+
+/// The written form of a mesh.
+#[derive(Deserialize)]
+#[serde(default, deny_unknown_fields, rename = "Mesh")]
+#[derive(Default)]
+struct MeshForm {
+    file: Option<Text>,
+    smooth: bool,
+    vertices: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+    normals: Vec<Vec3>,
+}
+
+impl<'de> Deserialize<'de> for Mesh {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let form = MeshForm::deserialize(deserializer)?;
+        let MeshForm { file, smooth, vertices, triangles, normals } = form;
+        Ok(Mesh { file, smooth, data: Arc::new(MeshData { vertices, triangles, normals }) })
+    }
+}
+
+impl Serialize for Mesh {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let inline = self.file.is_none();
+        let normals = inline && !self.data.normals.is_empty();
+        let count = 1 + usize::from(self.smooth) + usize::from(inline) + usize::from(normals);
+        let mut out = serializer.serialize_struct("Mesh", count)?;
+        if let Some(file) = &self.file {
+            out.serialize_field("file", file)?;
+        }
+        if self.smooth {
+            out.serialize_field("smooth", &true)?;
+        }
+        if inline {
+            out.serialize_field("vertices", &self.data.vertices)?;
+            out.serialize_field("triangles", &self.data.triangles)?;
+        }
+        if normals {
+            out.serialize_field("normals", &self.data.normals)?;
+        }
+        out.end()
+    }
+}

@@ -1,0 +1,134 @@
+//! Where an entity stands.
+
+use glam::{DAffine3, DVec3};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::record::ranges::position;
+use super::record::{Check, Invalid, record};
+use super::value::{FieldValue, Mismatch, Text, Value};
+use crate::base::math;
+
+record! {
+    /// Translation, rotation and scale of an entity, relative to its parent or the world.
+    ///
+    /// A point is scaled, then rotated, then translated.
+    pub struct Transform {
+        /// World units, in the parent's space.
+        pub translation: DVec3 = DVec3::ZERO,
+        /// Degrees: pitch about x, yaw about y, roll about z; roll is applied first, yaw last.
+        pub rotation: DVec3 = DVec3::ZERO,
+        /// Factor per axis, not 0; one number scales all axes alike.
+        pub scale: Scale = Scale::default(),
+        /// Name of the entity whose space this transform stands in.
+        pub parent: Option<Text> = None,
+    }
+}
+
+impl Transform {
+    /// The affine map from local to parent space.
+    pub fn matrix(&self) -> DAffine3 {
+        math::placement(self.translation, self.rotation, self.scale.0)
+    }
+}
+
+impl Check for Transform {
+    fn check(&self) -> Result<(), Invalid> {
+        position("translation", self.translation)?;
+        position("rotation", self.rotation)?;
+        position("scale", self.scale.0)?;
+        if self.scale.0.to_array().contains(&0.0) {
+            return Err(Invalid { field: "scale", message: "`scale` must not be 0 on any axis".into() });
+        }
+        Ok(())
+    }
+}
+
+/// A factor per axis; written as one number when the three are equal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale(pub DVec3);
+
+impl Default for Scale {
+    fn default() -> Self {
+        Scale(DVec3::ONE)
+    }
+}
+
+impl FieldValue for Scale {
+    fn to_value(&self) -> Value {
+        Value::Vec3(self.0)
+    }
+    fn from_value(value: &Value) -> Result<Self, Mismatch> {
+        if let Some(x) = value.as_number() {
+            return Ok(Scale(DVec3::splat(x)));
+        }
+        DVec3::from_value(value).map(Scale).map_err(|_| Mismatch::new("a number or three numbers", value))
+    }
+}
+
+impl Serialize for Scale {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if self.0 == DVec3::splat(self.0.x) { self.0.x.serialize(serializer) } else { self.0.serialize(serializer) }
+    }
+}
+
+impl<'de> Deserialize<'de> for Scale {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl<'de> serde::de::Visitor<'de> for Visitor {
+            type Value = Scale;
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a number or three numbers")
+            }
+            fn visit_f64<E>(self, x: f64) -> Result<Scale, E> {
+                Ok(Scale(DVec3::splat(x)))
+            }
+            fn visit_i64<E>(self, x: i64) -> Result<Scale, E> {
+                Ok(Scale(DVec3::splat(x as f64)))
+            }
+            fn visit_u64<E>(self, x: u64) -> Result<Scale, E> {
+                Ok(Scale(DVec3::splat(x as f64)))
+            }
+            fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut seq: A) -> Result<Scale, A::Error> {
+                let mut axes = [0.0; 3];
+                for (i, axis) in axes.iter_mut().enumerate() {
+                    *axis = seq.next_element()?.ok_or_else(|| serde::de::Error::invalid_length(i, &self))?;
+                }
+                Ok(Scale(DVec3::from_array(axes)))
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+record! {
+    /// Straight motion in time, for moving spheres of the scene formats.
+    ///
+    /// The entity stands at its transform at time `start` and `displacement` further at `end`, extrapolated outside.
+    pub struct Motion {
+        /// World units travelled from `start` to `end`.
+        pub displacement: DVec3 = DVec3::ZERO,
+        /// Time at the transform itself, in the camera's shutter units.
+        pub start: f64 = 0.0,
+        /// Time at the full displacement; later than `start`.
+        pub end: f64 = 1.0,
+    }
+}
+
+impl Motion {
+    /// Displacement at a time.
+    pub fn at(&self, time: f64) -> DVec3 {
+        self.displacement * ((time - self.start) / (self.end - self.start))
+    }
+}
+
+impl Check for Motion {
+    fn check(&self) -> Result<(), Invalid> {
+        position("displacement", self.displacement)?;
+        super::record::ranges::coordinate("start", self.start)?;
+        super::record::ranges::coordinate("end", self.end)?;
+        if self.end > self.start {
+            return Ok(());
+        }
+        Err(Invalid { field: "end", message: format!("`end` {} must be later than `start` {}", self.end, self.start) })
+    }
+}

@@ -1,0 +1,234 @@
+//! What a field can hold while it travels between RON, Rhai and the component structs.
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3, Vec3};
+
+/// Shared text: names are repeated on many entities.
+pub type Text = Arc<str>;
+
+/// A field's value, free of the component that it came from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// No value: an optional field that is not set.
+    Unit,
+    Bool(bool),
+    Int(i64),
+    Number(f64),
+    Text(Text),
+    Vec3(DVec3),
+    List(Vec<Value>),
+    Map(Vec<(Text, Value)>),
+}
+
+impl Value {
+    /// The value as a person would name it in an error message.
+    pub fn describe(&self) -> String {
+        match self {
+            Value::Unit => "nothing".into(),
+            Value::Bool(b) => format!("`{b}`"),
+            Value::Int(i) => format!("the number {i}"),
+            Value::Number(x) => format!("the number {x}"),
+            Value::Text(t) => format!("the text \"{t}\""),
+            Value::Vec3(v) => format!("the vector ({}, {}, {})", v.x, v.y, v.z),
+            Value::List(items) => format!("a list of {}", items.len()),
+            Value::Map(_) => "a map".into(),
+        }
+    }
+
+    /// The value as a number, integers included.
+    pub fn as_number(&self) -> Option<f64> {
+        match self {
+            Value::Int(i) => Some(*i as f64),
+            Value::Number(x) => Some(*x),
+            _ => None,
+        }
+    }
+}
+
+/// A value of the wrong shape: what was expected, what was found, and perhaps the nearest right word.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mismatch {
+    pub message: String,
+    pub help: Option<String>,
+}
+
+impl Mismatch {
+    pub fn new(expected: &str, found: &Value) -> Self {
+        Mismatch { message: format!("expected {expected}, found {}", found.describe()), help: None }
+    }
+}
+
+/// A type that a component field may have.
+pub trait FieldValue: Sized {
+    fn to_value(&self) -> Value;
+    /// # Errors
+    /// [`Mismatch`] if the value has another shape; ranges are checked by the component, not here.
+    fn from_value(value: &Value) -> Result<Self, Mismatch>;
+}
+
+impl FieldValue for bool {
+    fn to_value(&self) -> Value {
+        Value::Bool(*self)
+    }
+    fn from_value(value: &Value) -> Result<Self, Mismatch> {
+        match value {
+            Value::Bool(b) => Ok(*b),
+            other => Err(Mismatch::new("true or false", other)),
+        }
+    }
+}
+
+impl FieldValue for f64 {
+    fn to_value(&self) -> Value {
+        Value::Number(*self)
+    }
+    fn from_value(value: &Value) -> Result<Self, Mismatch> {
+        value.as_number().ok_or_else(|| Mismatch::new("a number", value))
+    }
+}
+
+macro_rules! whole_number {
+    ($($type:ty),*) => { $(
+        impl FieldValue for $type {
+            fn to_value(&self) -> Value {
+                i64::try_from(*self).map_or(Value::Number(*self as f64), Value::Int)
+            }
+            fn from_value(value: &Value) -> Result<Self, Mismatch> {
+                let whole = match value {
+                    Value::Int(i) => <$type>::try_from(*i).ok(),
+                    Value::Number(x) if *x == x.trunc() && *x >= 0.0 && *x < 9e15 => <$type>::try_from(*x as i64).ok(),
+                    _ => None,
+                };
+                whole.ok_or_else(|| Mismatch::new("a whole number from 0", value))
+            }
+        }
+    )* };
+}
+whole_number!(u32, u64);
+
+impl FieldValue for Text {
+    fn to_value(&self) -> Value {
+        Value::Text(self.clone())
+    }
+    fn from_value(value: &Value) -> Result<Self, Mismatch> {
+        match value {
+            Value::Text(t) => Ok(t.clone()),
+            other => Err(Mismatch::new("a text", other)),
+        }
+    }
+}
+
+fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
+    let Value::List(items) = value else { return None };
+    let mut out = [0.0; N];
+    if items.len() != N {
+        return None;
+    }
+    for (slot, item) in out.iter_mut().zip(items) {
+        *slot = item.as_number()?;
+    }
+    Some(out)
+}
+
+impl FieldValue for DVec3 {
+    fn to_value(&self) -> Value {
+        Value::Vec3(*self)
+    }
+    fn from_value(value: &Value) -> Result<Self, Mismatch> {
+        match value {
+            Value::Vec3(v) => Ok(*v),
+            other => numbers(other).map(DVec3::from_array).ok_or_else(|| Mismatch::new("three numbers", other)),
+        }
+    }
+}
+
+impl FieldValue for Vec3 {
+    fn to_value(&self) -> Value {
+        Value::Vec3(self.as_dvec3())
+    }
+    fn from_value(value: &Value) -> Result<Self, Mismatch> {
+        DVec3::from_value(value).map(|v| v.as_vec3())
+    }
+}
+
+impl FieldValue for DVec2 {
+    fn to_value(&self) -> Value {
+        Value::List(vec![Value::Number(self.x), Value::Number(self.y)])
+    }
+    fn from_value(value: &Value) -> Result<Self, Mismatch> {
+        numbers(value).map(DVec2::from_array).ok_or_else(|| Mismatch::new("two numbers", value))
+    }
+}
+
+impl<T: FieldValue, const N: usize> FieldValue for [T; N] {
+    fn to_value(&self) -> Value {
+        Value::List(self.iter().map(T::to_value).collect())
+    }
+    fn from_value(value: &Value) -> Result<Self, Mismatch> {
+        let wrong = || Mismatch::new(&format!("a list of {N}"), value);
+        let Value::List(items) = value else { return Err(wrong()) };
+        let parts = items.iter().map(T::from_value).collect::<Result<Vec<T>, _>>()?;
+        parts.try_into().map_err(|_| wrong())
+    }
+}
+
+impl<T: FieldValue> FieldValue for Vec<T> {
+    fn to_value(&self) -> Value {
+        Value::List(self.iter().map(T::to_value).collect())
+    }
+    fn from_value(value: &Value) -> Result<Self, Mismatch> {
+        let Value::List(items) = value else { return Err(Mismatch::new("a list", value)) };
+        items.iter().map(T::from_value).collect()
+    }
+}
+
+impl<T: FieldValue> FieldValue for Box<T> {
+    fn to_value(&self) -> Value {
+        T::to_value(self)
+    }
+    fn from_value(value: &Value) -> Result<Self, Mismatch> {
+        T::from_value(value).map(Box::new)
+    }
+}
+
+impl<T: FieldValue> FieldValue for Option<T> {
+    fn to_value(&self) -> Value {
+        self.as_ref().map_or(Value::Unit, T::to_value)
+    }
+    fn from_value(value: &Value) -> Result<Self, Mismatch> {
+        match value {
+            Value::Unit => Ok(None),
+            other => T::from_value(other).map(Some),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn integers_coerce_where_a_number_is_meant() {
+        assert_eq!(f64::from_value(&Value::Int(3)), Ok(3.0));
+        assert_eq!(u32::from_value(&Value::Number(4.0)), Ok(4));
+        assert!(u32::from_value(&Value::Number(4.5)).is_err());
+        assert!(u32::from_value(&Value::Int(-1)).is_err());
+        let list = Value::List(vec![Value::Int(1), Value::Number(2.5), Value::Int(-3)]);
+        assert_eq!(DVec3::from_value(&list), Ok(DVec3::new(1.0, 2.5, -3.0)));
+    }
+
+    #[test]
+    fn a_mismatch_says_both_sides() {
+        let error = DVec3::from_value(&Value::Text("red".into())).unwrap_err();
+        assert_eq!(error.message, "expected three numbers, found the text \"red\"");
+    }
+
+    #[test]
+    fn values_come_back() {
+        let normals = Some(Box::new([DVec3::X, DVec3::Y, DVec3::Z]));
+        assert_eq!(Option::<Box<[DVec3; 3]>>::from_value(&normals.to_value()), Ok(normals));
+        assert_eq!(Option::<f64>::from_value(&Value::Unit), Ok(None));
+        assert_eq!(u64::from_value(&(1u64 << 40).to_value()), Ok(1 << 40));
+    }
+}

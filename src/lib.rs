@@ -1,0 +1,41 @@
+//! anim renders animated 3D sequences from text.
+//!
+//! A scene is a RON file, an animation is a Rhai script, a frame is a build product. Frame N is a pure function of
+//! (scene, script, assets, settings, N): the same input gives the same bytes on any number of threads, in any order.
+//!
+//! # The map of this house
+//!
+//! One package, a library and a thin binary. Imports go down the page only; rooms on one floor do not import each
+//! other. `tests/house.rs` holds the code to this.
+//!
+//! | room | what happens there |
+//! |---|---|
+//! | [`cli`] | one file per command; raw flags are resolved once, here; the only place that prints |
+//! | [`shot`] | a sequence: opens the input, evaluates frames as data, renders and writes them |
+//! | [`compare`] | image metrics, golden frames, difference pictures |
+//! | [`systems`] | plain functions over the hecs World: spawn animate hierarchy lights extract accelerate render |
+//! | [`script`] | Rhai engine and API; time, easing, keyframes; emits edits as data |
+//! | [`load`] | RON, NFF, P3F, OBJ, PLY, images -> one resolved scene, with diagnostics; scenes -> RON |
+//! | [`output`] | PNG with metadata, frame names, atomic writes |
+//! | [`trace`] | the kernel: columns of primitives, grid and brute force, materials, lights, integrators, samplers |
+//! | [`film`] | pixels: accumulate, tone, encode |
+//! | [`components`] | what an entity can carry; the scene and its edits as plain data |
+//! | [`base`] | exact mathematics, random numbers, colour, limits, diagnostics |
+//!
+//! # Data flow
+//!
+//! Once: files -> `load` -> [`components::Scene`] + diagnostics -> `systems::spawn` -> World.
+//! Per frame: rest values -> the script's `frame` -> [`components::Edit`]s -> `animate` -> `hierarchy` -> `lights` ->
+//! `extract` (columns) -> `accelerate` -> `render` (tiles) -> `film` -> `output`.
+
+pub mod base;
+pub mod cli;
+pub mod compare;
+pub mod components;
+pub mod film;
+pub mod load;
+pub mod output;
+pub mod script;
+pub mod shot;
+pub mod systems;
+pub mod trace;

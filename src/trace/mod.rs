@@ -1,0 +1,14 @@
+//! The kernel: rays against columns of primitives.
+//!
+//! No I/O, no entities, no `dyn` in an inner loop, `f32` throughout. [`geometry`] holds the primitives as columns,
+//! [`accel`] finds the nearest one along a ray, and whatever finds it, the answer is the same to the bit.
+
+pub mod accel;
+pub mod geometry;
+pub mod ray;
+pub mod stats;
+
+pub use accel::{Accelerator, Worker};
+pub use geometry::{Geometry, Sides, Surface, Tag};
+pub use ray::{Hit, Ray};
+pub use stats::Counters;

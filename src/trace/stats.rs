@@ -1,0 +1,29 @@
+//! What a frame cost: counters per worker, added up at the end.
+
+/// Numbers of rays and of the work they made. Sums do not depend on the order of addition.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    pub primary_rays: u64,
+    pub primary_hits: u64,
+    pub shadow_rays: u64,
+    pub shadow_hits: u64,
+    pub reflection_rays: u64,
+    pub refraction_rays: u64,
+    /// Ray-primitive tests, those on infinite planes included.
+    pub intersection_tests: u64,
+    /// Cells or nodes visited.
+    pub steps: u64,
+}
+
+impl std::ops::AddAssign for Counters {
+    fn add_assign(&mut self, other: Self) {
+        self.primary_rays += other.primary_rays;
+        self.primary_hits += other.primary_hits;
+        self.shadow_rays += other.shadow_rays;
+        self.shadow_hits += other.shadow_hits;
+        self.reflection_rays += other.reflection_rays;
+        self.refraction_rays += other.refraction_rays;
+        self.intersection_tests += other.intersection_tests;
+        self.steps += other.steps;
+    }
+}
