@@ -14,10 +14,10 @@ use super::*;
 
 /// Declares every kind of component that an entity can carry, once.
 macro_rules! components {
-    ($( $(#[$meta:meta])* $name:ident : $variant:ident ),* $(,)?) => {
+    ($( $name:ident : $variant:ident ),* $(,)?) => {
         /// A component by its name in RON and Rhai.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        pub enum Kind { $( $(#[$meta])* $variant ),* }
+        pub enum Kind { $( $variant ),* }
 
         impl Kind {
             pub const ALL: &'static [Kind] = &[$( Kind::$variant ),*];
@@ -74,22 +74,29 @@ macro_rules! components {
     };
 }
 
-components! {
-    transform: Transform,
-    motion: Motion,
-    sphere: Sphere,
-    triangle: Triangle,
-    plane: Plane,
-    aabox: AABox,
-    cylinder: Cylinder,
-    cone: Cone,
-    mesh: Mesh,
-    /// The name of the material that the entity wears.
-    material: MaterialName,
-    texture: Texture,
-    point_light: PointLight,
-    area_light: AreaLight,
+/// Hands the list of all kinds, `name: Type`, to another macro; the list stands only here.
+macro_rules! every_kind {
+    ($then:ident) => {
+        $then! {
+            transform: Transform,
+            motion: Motion,
+            sphere: Sphere,
+            triangle: Triangle,
+            plane: Plane,
+            aabox: AABox,
+            cylinder: Cylinder,
+            cone: Cone,
+            mesh: Mesh,
+            material: MaterialName,
+            texture: Texture,
+            point_light: PointLight,
+            area_light: AreaLight,
+        }
+    };
 }
+pub(crate) use every_kind;
+
+every_kind!(components);
 
 /// One entity: a name, tags, and at most one component of each kind, in the order of [`Kind::ALL`].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -113,6 +120,11 @@ impl Bag {
 
     pub fn components(&self) -> &[Component] {
         &self.components
+    }
+
+    /// The components alone, in the order of [`Kind::ALL`].
+    pub fn into_components(self) -> Vec<Component> {
+        self.components
     }
 
     pub fn get(&self, kind: Kind) -> Option<&Component> {

@@ -94,6 +94,10 @@ impl Record for MaterialName {
         *self = Self::from_value(value).map_err(FieldError::Mismatch)?;
         Ok(())
     }
+}
+
+/// Whether the name is that of a material is for the scene to say.
+impl Check for MaterialName {
     fn check(&self) -> Result<(), Invalid> {
         Ok(())
     }

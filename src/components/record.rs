@@ -22,18 +22,15 @@ pub struct Invalid {
 }
 
 /// Access to a component's fields by name.
-pub trait Record {
+pub trait Record: Check {
     /// Field names in declared order.
     fn fields(&self) -> &'static [&'static str];
     fn get(&self, field: &str) -> Option<Value>;
-    /// Sets a field without judging ranges; call [`Record::check`] afterwards.
+    /// Sets a field without judging ranges; call [`Check::check`] afterwards.
     ///
     /// # Errors
     /// [`FieldError`] if the field is unknown or the value has another shape.
     fn set(&mut self, field: &str, value: &Value) -> Result<(), FieldError>;
-    /// # Errors
-    /// [`Invalid`] for the first field whose value is out of its documented range.
-    fn check(&self) -> Result<(), Invalid>;
 }
 
 /// Ranges of a component's fields, written by hand beside its declaration.
@@ -81,9 +78,6 @@ macro_rules! record {
                     } )*
                     _ => Err(FieldError::Unknown { known: Self::FIELDS }),
                 }
-            }
-            fn check(&self) -> Result<(), $crate::components::Invalid> {
-                $crate::components::Check::check(self)
             }
         }
 

@@ -236,6 +236,9 @@ impl Record for Mesh {
         }
         Ok(())
     }
+}
+
+impl Check for Mesh {
     fn check(&self) -> Result<(), Invalid> {
         let data = &self.data;
         data.vertices.iter().try_for_each(|v| position("vertices", v.as_dvec3()))?;

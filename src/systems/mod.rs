@@ -1,48 +1,29 @@
-//! Systems (interface; filled in at once).
-#![allow(unused_variables)]
-use crate::base::diagnostics::Diagnostics;
-use crate::components::{Edit, Scene};
-use crate::film::Film;
-use crate::trace::Counters;
-use std::sync::atomic::AtomicBool;
+//! Systems: plain functions over the hecs World.
+//!
+//! The World is the single truth about the scene. [`spawn`] fills it from data, [`animate`] applies a frame's edits
+//! and can take them back, and [`render`] runs the rest in order:
+//!
+//! `hierarchy` (world placements) -> `extract` (columns of primitives) -> `accelerate` -> `lights` -> tiles.
+//!
+//! hecs yields entities in no promised order, so the [`Stage`] keeps the authored order and every column is filled in
+//! it. What an edit cannot have changed is kept: columns are extracted only after an edit that could touch them, and
+//! the accelerator is rebuilt only if the columns differ.
 
-/// The World and the authored order of its entities.
-pub struct Stage {}
+mod animate;
+mod collect;
+mod extract;
+mod hierarchy;
+mod lens;
+mod lights;
+mod render;
+mod spawn;
+mod stage;
 
-/// What `animate` changed, so that it can be taken back.
-pub struct Undo {}
+pub use animate::{Undo, animate, undo};
+pub use collect::collect;
+pub use render::{FrameStats, render};
+pub use spawn::spawn;
+pub use stage::Stage;
 
-/// What one frame cost.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct FrameStats {
-    pub counters: Counters,
-    pub accel: &'static str,
-    pub seed: u64,
-    pub build_seconds: f64,
-    pub render_seconds: f64,
-}
-
-pub fn spawn(scene: Scene) -> Stage {
-    Stage {}
-}
-
-/// The World as a scene again.
-pub fn collect(stage: &Stage) -> Scene {
-    Scene::default()
-}
-
-/// Applies edits to the World; on error nothing is changed.
-pub fn animate(stage: &mut Stage, edits: Vec<Edit>) -> Result<Undo, Diagnostics> {
-    Ok(Undo {})
-}
-
-pub fn undo(stage: &mut Stage, undo: Undo) {}
-
-/// Renders the World as it stands; `None` if `cancel` was raised. `progress(done, total)` is called from any thread.
-pub fn render(
-    stage: &mut Stage,
-    cancel: &AtomicBool,
-    progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Option<(Film, FrameStats)>, Diagnostics> {
-    Ok(None)
-}
+#[cfg(test)]
+mod tests;

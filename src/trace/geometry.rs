@@ -70,6 +70,11 @@ pub struct Surface {
 }
 
 impl Surface {
+    /// The same point seen from the other side: both normals turned round.
+    pub fn flipped(self) -> Surface {
+        Surface { geometric_normal: -self.geometric_normal, shading_normal: -self.shading_normal, ..self }
+    }
+
     /// A start for a ray that leaves towards `direction`, moved off the surface by no more than the rounding error.
     pub fn leave(&self, direction: Vec3) -> Vec3 {
         self.point

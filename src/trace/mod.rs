@@ -4,9 +4,14 @@
 //! [`accel`] finds the nearest one along a ray, and whatever finds it, the answer is the same to the bit.
 
 pub mod accel;
+pub mod camera;
 pub mod geometry;
+pub mod integrator;
+pub mod lights;
 pub mod ray;
+pub mod sampler;
 pub mod stats;
+pub mod surfacing;
 
 pub use accel::{Accelerator, Worker};
 pub use geometry::{Geometry, Sides, Surface, Tag};

@@ -1,0 +1,206 @@
+//! Edits -> World, and back.
+//!
+//! The edits of a frame are data. Applying them records how each is taken back, so that every frame starts from the
+//! same rest values without the World being spawned anew.
+
+use hecs::EntityBuilder;
+
+use super::stage::{Absent, Name, Stage, Tags, put, take};
+use super::{extract, hierarchy, spawn};
+use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::components::*;
+
+/// How to take back what [`animate`] did.
+pub struct Undo(Vec<Inverse>);
+
+enum Inverse {
+    Camera(Camera),
+    Render(Render),
+    Material(usize, Material),
+    RemoveMaterial,
+    Put(usize, Component),
+    Take(usize, Kind),
+    Tags(usize, Vec<Text>),
+    Unspawn,
+    Revive(usize),
+}
+
+/// Applies edits in their order; on error nothing is changed.
+///
+/// # Errors
+/// Diagnostics that name the entity or material: a value out of range, an unknown reference, a cycle of parents.
+pub fn animate(stage: &mut Stage, edits: Vec<Edit>) -> Result<Undo, Diagnostics> {
+    let mut done = Undo(Vec::with_capacity(edits.len()));
+    let applied = edits
+        .into_iter()
+        .try_for_each(|edit| apply(stage, edit).map(|inverse| done.0.push(inverse)))
+        .map_err(Diagnostics::from)
+        .and_then(|()| hierarchy::update(stage))
+        .and_then(|()| extract::check_materials(stage));
+    match applied {
+        Ok(()) => Ok(done),
+        Err(problems) => {
+            undo(stage, done);
+            Err(problems)
+        }
+    }
+}
+
+/// Takes back the edits of one [`animate`], the last one first.
+pub fn undo(stage: &mut Stage, undo: Undo) {
+    for inverse in undo.0.into_iter().rev() {
+        revert(stage, inverse);
+    }
+}
+
+fn apply(stage: &mut Stage, edit: Edit) -> Result<Inverse, Diagnostic> {
+    Ok(match edit {
+        Edit::Camera(camera) => {
+            camera.check().map_err(|e| spawn::invalid("the scene", "camera", e))?;
+            Inverse::Camera(set_camera(stage, camera))
+        }
+        Edit::Render(render) => {
+            render.check().map_err(|e| spawn::invalid("the scene", "render", e))?;
+            Inverse::Render(set_render(stage, render))
+        }
+        Edit::Material { index, material } => {
+            material.check().map_err(|e| spawn::invalid(&format!("material {}", index + 1), "material", e))?;
+            if index >= stage.materials.len() {
+                return Err(Diagnostic::error(format!("there is no material number {}", index + 1)));
+            }
+            Inverse::Material(index, set_material(stage, index, material))
+        }
+        Edit::AddMaterial { name, material } => {
+            material.check().map_err(|e| spawn::invalid(&format!("material `{name}`"), "material", e))?;
+            spawn::add_material(stage, name, material)?;
+            Inverse::RemoveMaterial
+        }
+        Edit::Put { entity, component } => {
+            let kind = component.kind();
+            component.record().check().map_err(|e| spawn::invalid(&stage.label(entity), kind.name(), e))?;
+            let id = stage.live(entity).ok_or_else(|| gone(entity))?;
+            touch(stage, kind);
+            match put(&mut stage.world, id, component) {
+                Some(old) => Inverse::Put(entity, old),
+                None => Inverse::Take(entity, kind),
+            }
+        }
+        Edit::Take { entity, kind } => {
+            let id = stage.live(entity).ok_or_else(|| gone(entity))?;
+            touch(stage, kind);
+            match take(&mut stage.world, id, kind) {
+                Some(old) => Inverse::Put(entity, old),
+                None => Inverse::Take(entity, kind),
+            }
+        }
+        Edit::Tags { entity, tags } => {
+            stage.live(entity).ok_or_else(|| gone(entity))?;
+            Inverse::Tags(entity, set_tags(stage, entity, tags))
+        }
+        Edit::Spawn(bag) => {
+            for component in bag.components() {
+                let owner = || bag.label(stage.entities.len());
+                component.record().check().map_err(|e| spawn::invalid(&owner(), component.kind().name(), e))?;
+            }
+            spawn::spawn_bag(stage, &mut EntityBuilder::new(), bag)?;
+            touch_all(stage);
+            Inverse::Unspawn
+        }
+        Edit::Despawn { entity } => {
+            let id = stage.live(entity).ok_or_else(|| gone(entity))?;
+            // A live entity takes any component.
+            let _ = stage.world.insert_one(id, Absent);
+            touch_all(stage);
+            Inverse::Revive(entity)
+        }
+    })
+}
+
+fn gone(index: usize) -> Diagnostic {
+    Diagnostic::error(format!("entity {} does not exist or was removed", index + 1))
+}
+
+fn revert(stage: &mut Stage, inverse: Inverse) {
+    match inverse {
+        Inverse::Camera(camera) => drop(set_camera(stage, camera)),
+        Inverse::Render(render) => drop(set_render(stage, render)),
+        Inverse::Material(index, material) => drop(set_material(stage, index, material)),
+        Inverse::RemoveMaterial => {
+            if let Some(entity) = stage.materials.pop() {
+                if let Ok(name) = stage.world.remove_one::<Name>(entity) {
+                    stage.material_names.remove(&name.0);
+                }
+                let _ = stage.world.despawn(entity);
+            }
+        }
+        Inverse::Put(index, component) => {
+            touch(stage, component.kind());
+            put(&mut stage.world, stage.entities[index], component);
+        }
+        Inverse::Take(index, kind) => {
+            touch(stage, kind);
+            take(&mut stage.world, stage.entities[index], kind);
+        }
+        Inverse::Tags(index, tags) => drop(set_tags(stage, index, tags)),
+        Inverse::Unspawn => {
+            if let Some(entity) = stage.entities.pop() {
+                if let Ok(name) = stage.world.remove_one::<Name>(entity) {
+                    stage.names.remove(&name.0);
+                }
+                let _ = stage.world.despawn(entity);
+            }
+            touch_all(stage);
+        }
+        Inverse::Revive(index) => {
+            let _ = stage.world.remove_one::<Absent>(stage.entities[index]);
+            touch_all(stage);
+        }
+    }
+}
+
+fn set_camera(stage: &mut Stage, camera: Camera) -> Camera {
+    let old = stage.camera();
+    // Entities in motion stand where they are when the shutter opens.
+    stage.kept.stale_geometry |= old.shutter != camera.shutter;
+    let _ = stage.world.insert_one(stage.camera, camera);
+    old
+}
+
+fn set_render(stage: &mut Stage, render: Render) -> Render {
+    let old = stage.settings();
+    let _ = stage.world.insert_one(stage.settings, render);
+    old
+}
+
+fn set_material(stage: &mut Stage, index: usize, material: Material) -> Material {
+    let entity = stage.materials[index];
+    let old = stage.world.get::<&Material>(entity).map(|m| (*m).clone()).unwrap_or_default();
+    stage.kept.stale_geometry |= extract::shows_both_sides(&old) != extract::shows_both_sides(&material);
+    let _ = stage.world.insert_one(entity, material);
+    old
+}
+
+fn set_tags(stage: &mut Stage, index: usize, tags: Vec<Text>) -> Vec<Text> {
+    let entity = stage.entities[index];
+    let old = stage.world.get::<&Tags>(entity).map(|t| t.0.clone()).unwrap_or_default();
+    if tags.is_empty() {
+        let _ = stage.world.remove_one::<Tags>(entity);
+    } else {
+        let _ = stage.world.insert_one(entity, Tags(tags));
+    }
+    old
+}
+
+/// Marks what a change to a component of this kind may have made stale.
+fn touch(stage: &mut Stage, kind: Kind) {
+    match kind {
+        Kind::Transform => touch_all(stage),
+        Kind::PointLight | Kind::AreaLight | Kind::Texture => {}
+        _ => stage.kept.stale_geometry = true,
+    }
+}
+
+fn touch_all(stage: &mut Stage) {
+    stage.kept.stale_hierarchy = true;
+    stage.kept.stale_geometry = true;
+}

@@ -1,0 +1,27 @@
+//! World -> scene data: the inverse of `spawn`, for writing scenes and for showing them to scripts.
+
+use super::stage::{Name, Stage, Tags, get};
+use crate::components::*;
+
+/// The World as a scene; entities that were removed are left out.
+pub fn collect(stage: &Stage) -> Scene {
+    let world = &stage.world;
+    let material = |entity: &hecs::Entity| {
+        let mut query = world.query_one::<(&Name, &Material)>(*entity);
+        query.get().ok().map(|(name, material)| (name.0.clone(), material.clone()))
+    };
+    let bag = |index: usize| {
+        let entity = stage.live(index)?;
+        let mut bag = Bag::new(Kind::ALL.iter().filter_map(|kind| get(world, entity, *kind)));
+        bag.name = world.get::<&Name>(entity).ok().map(|name| name.0.clone());
+        bag.tags = world.get::<&Tags>(entity).map(|tags| tags.0.clone()).unwrap_or_default();
+        Some(bag)
+    };
+    Scene {
+        camera: stage.camera(),
+        render: stage.settings(),
+        materials: stage.materials.iter().filter_map(material).collect(),
+        entities: (0..stage.entities.len()).filter_map(bag).collect(),
+        base: stage.base.clone(),
+    }
+}

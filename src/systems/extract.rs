@@ -1,0 +1,244 @@
+//! World -> columns of primitives for the kernel, in authored order.
+//!
+//! Shapes go into world space here, in `f64`, and become `f32` last. A shape whose transform keeps it similar stays
+//! the analytic shape it is; any other affine map makes it a placed one.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3, Vec3};
+use hecs::World;
+
+use super::hierarchy::Placement;
+use super::stage::{Absent, Order, Stage};
+use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::{limits, math};
+use crate::components::*;
+use crate::trace::geometry::LocalShape;
+use crate::trace::surfacing::Surfacing;
+use crate::trace::{Geometry, Sides, Tag};
+
+/// Whether rays meet a surface of this material on both sides.
+pub fn shows_both_sides(material: &Material) -> bool {
+    material.two_sided || material.transmission > 0.0
+}
+
+/// The kernel's materials: those of the scene by their number, then the default for entities that wear none.
+pub fn materials(stage: &Stage) -> Vec<Surfacing> {
+    let of = |e: &hecs::Entity| stage.world.get::<&Material>(*e).map(|m| Surfacing::from(&*m));
+    let default = Surfacing::from(&Material::default());
+    stage.materials.iter().map(|e| of(e).unwrap_or(default)).chain([default]).collect()
+}
+
+/// Sees to it that every worn material exists.
+///
+/// # Errors
+/// The first entity whose material has no definition, with the nearest name.
+pub fn check_materials(stage: &Stage) -> Result<(), Diagnostics> {
+    let mut last: Option<Text> = None;
+    for (order, worn) in stage.world.query::<(&Order, &MaterialName)>().iter() {
+        if last.as_ref().is_some_and(|known| Arc::ptr_eq(known, &worn.0)) {
+            continue;
+        }
+        if !stage.material_names.contains_key(&worn.0) {
+            return Err(stage.unknown(order.0 as usize, "material", &worn.0, stage.material_names.keys()).into());
+        }
+        last = Some(worn.0.clone());
+    }
+    Ok(())
+}
+
+/// Brings the columns up to date, if an edit may have changed them; true if they differ from before.
+///
+/// # Errors
+/// More primitives than the kernel can number; a map that squashes a shape flat.
+pub fn update(stage: &mut Stage) -> Result<bool, Diagnostics> {
+    if !stage.kept.stale_geometry {
+        return Ok(false);
+    }
+    let geometry = Extraction::new(stage).run()?;
+    stage.kept.stale_geometry = false;
+    let changed = geometry != *stage.kept.geometry;
+    if changed {
+        stage.kept.geometry = Arc::new(geometry);
+    }
+    Ok(changed)
+}
+
+struct Extraction<'a> {
+    stage: &'a Stage,
+    world: &'a World,
+    /// Material number and visible sides by material index; the last entry is the default material's.
+    sides: Vec<bool>,
+    shutter_open: f64,
+    geometry: Geometry,
+}
+
+/// One shape of one entity with all that places it.
+struct Row<'a, T> {
+    order: u32,
+    shape: &'a T,
+    map: DAffine3,
+    material: u32,
+    both_sides: bool,
+}
+
+impl<T> Row<'_, T> {
+    /// `inside_only` hides the outer side, as a negative radius asks for.
+    fn tag(&self, inside_only: bool) -> Tag {
+        let sides = match (inside_only, self.both_sides) {
+            (true, _) => Sides::Back,
+            (false, true) => Sides::Both,
+            (false, false) => Sides::Front,
+        };
+        Tag { entity: self.order, material: self.material, sides }
+    }
+
+    fn point(&self, p: DVec3) -> Vec3 {
+        self.map.transform_point3(p).as_vec3()
+    }
+
+    /// Normals go by the inverse transpose; its sign is that of the determinant, so mirrors keep the outside outside.
+    fn normal(&self, n: DVec3) -> Vec3 {
+        let m = self.map.matrix3;
+        let cofactor =
+            glam::DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
+        (cofactor * n * m.determinant().signum()).normalize_or_zero().as_vec3()
+    }
+
+    fn mirrored(&self) -> bool {
+        self.map.matrix3.determinant() < 0.0
+    }
+}
+
+impl<'a> Extraction<'a> {
+    fn new(stage: &'a Stage) -> Self {
+        let of = |e: &hecs::Entity| stage.world.get::<&Material>(*e).map(|m| shows_both_sides(&m)).unwrap_or(true);
+        let sides = stage.materials.iter().map(of).chain([true]).collect();
+        let shutter_open = stage.camera().shutter.x;
+        Extraction { stage, world: &stage.world, sides, shutter_open, geometry: Geometry::default() }
+    }
+
+    fn run(mut self) -> Result<Geometry, Diagnostics> {
+        self.each::<Sphere>(Self::sphere)?;
+        self.each::<Triangle>(Self::triangle)?;
+        self.each::<Mesh>(Self::mesh)?;
+        self.each::<AABox>(Self::aabox)?;
+        self.each::<Cylinder>(|this, row| {
+            let c = row.shape;
+            this.cone(row, [c.base, c.apex], [c.radius, c.radius], c.capped)
+        })?;
+        self.each::<Cone>(|this, row| {
+            let c = row.shape;
+            this.cone(row, [c.base, c.apex], [c.base_radius, c.apex_radius], c.capped)
+        })?;
+        self.each::<Plane>(|this, row| {
+            let (point, normal) = (row.point(row.shape.point), row.normal(row.shape.normal));
+            this.geometry.push_plane(row.tag(false), point, normal);
+        })?;
+        self.geometry.finish();
+        Ok(self.geometry)
+    }
+
+    /// Calls `push` for every entity with a `T`, in authored order.
+    fn each<T: hecs::Component>(&mut self, push: impl Fn(&mut Self, &Row<T>)) -> Result<(), Diagnostics> {
+        let (world, stage) = (self.world, self.stage);
+        type Parts<'q, T> = (&'q Order, &'q T, Option<&'q Placement>, Option<&'q Motion>, Option<&'q MaterialName>);
+        let mut query = world.query::<Parts<T>>().without::<&Absent>();
+        let mut found: Vec<_> = query.iter().collect();
+        found.sort_by_key(|parts| *parts.0);
+        let default_material = (self.sides.len() - 1) as u32;
+        let mut last: (Option<&Text>, u32) = (None, default_material);
+        for (order, shape, placement, motion, worn) in found {
+            let mut map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
+            if map.matrix3.determinant() == 0.0 || !map.is_finite() {
+                let message = format!("{} is scaled to nothing by its parents", stage.label(order.0 as usize));
+                return Err(Diagnostic::error(message).into());
+            }
+            if let Some(motion) = motion {
+                map.translation += motion.at(self.shutter_open);
+            }
+            let material = match worn {
+                None => default_material,
+                Some(name) if last.0.is_some_and(|known| Arc::ptr_eq(known, &name.0)) => last.1,
+                Some(name) => stage.material_names.get(&name.0).map_or(default_material, |i| *i as u32),
+            };
+            last = (worn.map(|name| &name.0), material);
+            let both_sides = self.sides[material as usize];
+            push(self, &Row { order: order.0, shape, map, material, both_sides });
+            if self.geometry.len() > limits::TRIANGLES {
+                return Err(Diagnostic::error(format!("more than {} primitives", limits::TRIANGLES)).into());
+            }
+        }
+        Ok(())
+    }
+
+    fn sphere(&mut self, row: &Row<Sphere>) {
+        let Sphere { center, radius } = *row.shape;
+        let tag = row.tag(radius < 0.0);
+        match math::uniform_scale(&row.map) {
+            Some(scale) => self.geometry.push_sphere(tag, row.point(center), (radius.abs() * scale) as f32),
+            None => {
+                let shape = LocalShape::Sphere { center: center.as_vec3(), radius: radius.abs() as f32 };
+                self.geometry.push_placed(tag, shape, &row.map);
+            }
+        }
+    }
+
+    fn triangle(&mut self, row: &Row<Triangle>) {
+        let order = if row.mirrored() { [0, 2, 1] } else { [0, 1, 2] };
+        let corners = order.map(|i| row.point(row.shape.vertices[i]));
+        let normals = row.shape.normals.as_ref().map(|n| order.map(|i| row.normal(n[i])));
+        self.geometry.push_triangle(row.tag(false), corners, normals);
+    }
+
+    fn mesh(&mut self, row: &Row<Mesh>) {
+        let data = &row.shape.data;
+        let points: Vec<Vec3> = data.vertices.iter().map(|v| row.point(v.as_dvec3())).collect();
+        let smooth = (row.shape.smooth && data.normals.is_empty()).then(|| data.smooth_normals());
+        let normals: Vec<Vec3> =
+            smooth.as_ref().unwrap_or(&data.normals).iter().map(|n| row.normal(n.as_dvec3())).collect();
+        let order = if row.mirrored() { [0, 2, 1] } else { [0, 1, 2] };
+        for triangle in &data.triangles {
+            let at = order.map(|i| triangle[i] as usize);
+            let shading = (!normals.is_empty()).then(|| at.map(|i| normals[i]));
+            self.geometry.push_triangle(row.tag(false), at.map(|i| points[i]), shading);
+        }
+    }
+
+    fn aabox(&mut self, row: &Row<AABox>) {
+        let AABox { min, max } = *row.shape;
+        let m = row.map.matrix3;
+        let single = |v: DVec3| v.to_array().iter().filter(|x| **x != 0.0).count() == 1;
+        if single(m.x_axis) && single(m.y_axis) && single(m.z_axis) {
+            // Stretched, mirrored or turned by right angles: still along the world's axes.
+            let (a, b) = (row.point(min), row.point(max));
+            self.geometry.push_box(row.tag(false), a.min(b), a.max(b));
+        } else {
+            let shape = LocalShape::Box { min: min.as_vec3(), max: max.as_vec3() };
+            self.geometry.push_placed(row.tag(false), shape, &row.map);
+        }
+    }
+
+    fn cone<T>(&mut self, row: &Row<T>, [base, apex]: [DVec3; 2], radii: [f64; 2], capped: bool) {
+        let tag = row.tag(radii[0] < 0.0 || radii[1] < 0.0);
+        let radii = radii.map(f64::abs);
+        match math::uniform_scale(&row.map) {
+            Some(scale) => {
+                let [base_radius, apex_radius] = radii.map(|r| (r * scale) as f32);
+                self.geometry.push_cone(tag, row.point(base), base_radius, row.point(apex), apex_radius, capped);
+            }
+            None => {
+                let [base_radius, apex_radius] = radii.map(|r| r as f32);
+                let (base, apex) = (base.as_vec3(), apex.as_vec3());
+                let shape = LocalShape::Cone { base, base_radius, apex, apex_radius, capped };
+                self.geometry.push_placed(tag, shape, &row.map);
+            }
+        }
+    }
+}
+
+/// Authored index of a named entity that is there.
+pub fn find(stage: &Stage, name: &str) -> Option<usize> {
+    let index = *stage.names.get(name)?;
+    stage.live(index).map(|_| index)
+}

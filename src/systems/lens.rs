@@ -1,0 +1,52 @@
+//! The World's camera -> camera rays: where the lens is focused, and the seed that goes with the pose.
+
+use glam::DVec3;
+
+use super::extract::find;
+use super::hierarchy::Placement;
+use super::stage::Stage;
+use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::random::hash_words;
+use crate::components::{Camera, Focus};
+use crate::trace::camera::CameraRays;
+
+/// Camera rays for the World as it stands.
+///
+/// # Errors
+/// A focus on an entity that does not exist or does not lie before the camera.
+pub fn camera_rays(stage: &Stage, size: [u32; 2]) -> Result<CameraRays, Diagnostics> {
+    let camera = stage.camera();
+    let distance = focus_distance(stage, &camera)?;
+    Ok(CameraRays::new(&camera, size, distance))
+}
+
+fn focus_distance(stage: &Stage, camera: &Camera) -> Result<f64, Diagnostic> {
+    if let Some(distance) = camera.focus_distance {
+        return Ok(distance);
+    }
+    let (point, what) = match &camera.focus {
+        None => return Ok(camera.from.distance(camera.at)),
+        Some(Focus::Point(point)) => (*point, "the point".to_string()),
+        Some(Focus::Entity(name)) => {
+            let index = find(stage, name).ok_or_else(|| {
+                let unknown = format!("the camera is focused on `{name}`, which does not exist");
+                Diagnostic::error(unknown).suggest(name, stage.names.keys().map(|text| &**text))
+            })?;
+            let placed = stage.world.get::<&Placement>(stage.entities[index]);
+            (placed.map_or(DVec3::ZERO, |p| p.0.translation), format!("`{name}`"))
+        }
+    };
+    let distance = (point - camera.from).dot(camera.axis());
+    if distance > 0.0 || camera.lens_radius() == 0.0 {
+        return Ok(distance);
+    }
+    Err(Diagnostic::error(format!("the camera is focused on {what}, which is behind it")))
+}
+
+/// Seed of a frame: noise stands still while the camera does, and is fresh for every new pose.
+pub fn pose_seed(camera: &Camera) -> u64 {
+    let numbers = [camera.from, camera.at, camera.up].into_iter().flat_map(|v| v.to_array());
+    let optics = [camera.fov, camera.focal_length.unwrap_or(0.0), camera.sensor_width];
+    // Adding zero makes -0 and 0 the same pose.
+    hash_words(numbers.chain(optics).map(|x| (x + 0.0).to_bits()))
+}

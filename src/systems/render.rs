@@ -1,0 +1,124 @@
+//! Columns -> film: the accelerator is brought up to date, then tiles are traced on all threads.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::stage::{AccelKey, Stage};
+use super::{extract, hierarchy, lens, lights};
+use crate::base::diagnostics::Diagnostics;
+use crate::film::Film;
+use crate::trace::integrator::{Settings, View, pixel};
+use crate::trace::{Accelerator, Counters, Worker};
+
+/// Side of a tile in pixels: small enough to share out evenly, large enough for neighbours to share cells.
+const TILE: u32 = 16;
+
+/// What one frame cost.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FrameStats {
+    pub counters: Counters,
+    /// Name of the accelerator that was used.
+    pub accel: &'static str,
+    /// Seed of the frame's sampling.
+    pub seed: u64,
+    pub build_seconds: f64,
+    pub render_seconds: f64,
+}
+
+/// Renders the World as it stands; `None` if `cancel` was raised.
+///
+/// `progress(done, total)` counts tiles and is called from any thread.
+///
+/// # Errors
+/// What only shows once everything is placed: a focus behind the camera, too many primitives.
+pub fn render(
+    stage: &mut Stage,
+    cancel: &AtomicBool,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Option<(Film, FrameStats)>, Diagnostics> {
+    let start = Instant::now();
+    hierarchy::update(stage)?;
+    let rebuilt = extract::update(stage)?;
+    accelerate(stage, rebuilt);
+    let settings = stage.settings();
+    let seed = settings.seed.unwrap_or_else(|| lens::pose_seed(&stage.camera()));
+    let resolved = Settings::new(&settings, seed);
+    let mut camera = lens::camera_rays(stage, settings.size)?;
+    if !resolved.lens {
+        camera = camera.pinhole();
+    }
+    let (materials, lights) = (extract::materials(stage), lights::lights(stage));
+    let Some((_, accelerator)) = &stage.kept.accelerator else { return Ok(None) };
+    let view = View {
+        geometry: &stage.kept.geometry,
+        accelerator,
+        materials: &materials,
+        lights: &lights,
+        camera: &camera,
+        settings: &resolved,
+        width: settings.size[0],
+    };
+    let built = Instant::now();
+    let Some((film, counters)) = tiles(view, settings.size, cancel, progress) else { return Ok(None) };
+    let stats = FrameStats {
+        counters,
+        accel: accelerator.name(),
+        seed,
+        build_seconds: (built - start).as_secs_f64(),
+        render_seconds: built.elapsed().as_secs_f64(),
+    };
+    Ok(Some((film, stats)))
+}
+
+/// Builds the accelerator if the columns or its settings changed.
+fn accelerate(stage: &mut Stage, rebuilt: bool) {
+    let settings = stage.settings();
+    let key = AccelKey { choice: settings.accel, density: settings.grid_density };
+    let fits = stage.kept.accelerator.as_ref().is_some_and(|(known, _)| *known == key);
+    if rebuilt || !fits {
+        let built = Accelerator::build(&stage.kept.geometry, key.choice, key.density);
+        stage.kept.accelerator = Some((key, built));
+    }
+}
+
+type Tile = ([u32; 2], Vec<[f32; 3]>, Counters);
+
+fn tiles(
+    view: View,
+    [width, height]: [u32; 2],
+    cancel: &AtomicBool,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Option<(Film, Counters)> {
+    let across = width.div_ceil(TILE);
+    let total = (across * height.div_ceil(TILE)) as usize;
+    let done = AtomicUsize::new(0);
+    let trace = |index: usize| -> Option<Tile> {
+        if cancel.load(Ordering::Relaxed) {
+            return None;
+        }
+        let corner = [index as u32 % across * TILE, index as u32 / across * TILE];
+        let mut worker = Worker::default();
+        let mut pixels = Vec::with_capacity((TILE * TILE) as usize);
+        for y in corner[1]..(corner[1] + TILE).min(height) {
+            for x in corner[0]..(corner[0] + TILE).min(width) {
+                pixels.push(pixel(view, x, y, &mut worker));
+            }
+        }
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
+        Some((corner, pixels, worker.counters))
+    };
+    let traced: Option<Vec<Tile>> = (0..total).into_par_iter().map(trace).collect();
+    let mut film = Film::new(width, height);
+    let mut counters = Counters::default();
+    for ([left, top], pixels, cost) in traced? {
+        let side = (TILE.min(width - left)) as usize;
+        for (row, line) in pixels.chunks(side).enumerate() {
+            let start = (top as usize + row) * width as usize + left as usize;
+            film.pixels[start..start + side].copy_from_slice(line);
+        }
+        counters += cost;
+    }
+    Some((film, counters))
+}

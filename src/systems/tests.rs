@@ -1,0 +1,141 @@
+//! The systems against small Worlds whose answer is known.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use glam::DVec3;
+
+use super::hierarchy::Placement;
+use super::*;
+use crate::components::*;
+
+fn ball(name: &str, at: [f64; 3]) -> Bag {
+    let transform = Transform { translation: at.into(), ..Transform::default() };
+    Bag::new([transform.into(), Sphere::default().into(), MaterialName("red".into()).into()]).named(name)
+}
+
+fn child(name: &str, parent: &str, at: [f64; 3], yaw: f64) -> Bag {
+    let transform = Transform {
+        translation: at.into(),
+        rotation: DVec3::Y * yaw,
+        parent: Some(parent.into()),
+        ..Transform::default()
+    };
+    Bag::new([transform.into(), AABox::default().into()]).named(name)
+}
+
+fn scene() -> Scene {
+    let lamp = PointLight { position: DVec3::new(0.0, 9.0, 3.0), ..PointLight::default() };
+    Scene {
+        materials: vec![("red".into(), Material::default())],
+        entities: vec![
+            ball("a", [0.0, 0.0, 0.0]),
+            child("b", "a", [2.0, 0.0, 0.0], 90.0),
+            child("c", "b", [1.0, 0.0, 0.0], 0.0),
+            Bag::new([lamp.into()]).named("lamp"),
+        ],
+        render: Render { size: [24, 16], samples: 4, ..Render::default() },
+        ..Scene::default()
+    }
+}
+
+fn film(stage: &mut Stage) -> crate::film::Film {
+    let (film, _) = render(stage, &AtomicBool::new(false), &|_, _| {}).unwrap().unwrap();
+    film
+}
+
+fn put(entity: usize, component: impl Into<Component>) -> Edit {
+    Edit::Put { entity, component: component.into() }
+}
+
+#[test]
+fn a_world_collects_to_the_scene_it_came_from() {
+    let stage = spawn(scene()).unwrap();
+    assert_eq!(collect(&stage), scene());
+}
+
+#[test]
+fn children_stand_in_their_parents_space() {
+    let stage = spawn(scene()).unwrap();
+    let at = |i: usize| stage.world.get::<&Placement>(stage.entities[i]).unwrap().0.translation;
+    assert_eq!(at(1), DVec3::new(2.0, 0.0, 0.0));
+    // A quarter turn about y carries the child's x to -z.
+    assert_eq!(at(2), DVec3::new(2.0, 0.0, -1.0));
+}
+
+#[test]
+fn every_edit_can_be_taken_back() {
+    let mut stage = spawn(scene()).unwrap();
+    let before = film(&mut stage);
+    let edits = vec![
+        Edit::Camera(Camera { from: DVec3::new(0.0, 3.0, 9.0), ..Camera::default() }),
+        Edit::Render(Render { background: DVec3::X, ..scene().render }),
+        Edit::AddMaterial { name: "blue".into(), material: Material::default() },
+        Edit::Material { index: 0, material: Material { color: DVec3::Z, ..Material::default() } },
+        put(0, MaterialName("blue".into())),
+        put(0, Cone::default()),
+        Edit::Take { entity: 1, kind: Kind::AABox },
+        Edit::Tags { entity: 2, tags: vec!["x".into()] },
+        Edit::Spawn(child("d", "a", [0.0, 1.0, 0.0], 0.0)),
+        put(4, Sphere::default()),
+        Edit::Despawn { entity: 2 },
+    ];
+    let taken_back = animate(&mut stage, edits).unwrap();
+    assert_ne!(collect(&stage), scene());
+    assert_ne!(film(&mut stage), before);
+    undo(&mut stage, taken_back);
+    assert_eq!(collect(&stage), scene());
+    assert_eq!(film(&mut stage), before);
+}
+
+#[test]
+fn a_failed_edit_leaves_nothing_behind() {
+    let mut stage = spawn(scene()).unwrap();
+    let turned = Transform { parent: Some("c".into()), ..Transform::default() };
+    for (edit, expected) in [
+        (put(0, turned), "parents go round in a circle: entity `a` -> entity `c` -> entity `b` -> entity `a`"),
+        (put(0, Sphere { radius: f64::NAN, ..Sphere::default() }), "entity `a`: sphere: `radius` must be a finite"),
+        (put(1, MaterialName("rde".into())), "unknown material `rde` of entity `b`\n  help: did you mean `red`?"),
+        (put(9, Sphere::default()), "entity 10 does not exist"),
+        (Edit::Despawn { entity: 0 }, "the parent `a` of entity `b` was removed"),
+        (Edit::Spawn(ball("b", [0.0; 3])), "two entities are called `b`"),
+    ] {
+        let problems = animate(&mut stage, vec![put(1, Cylinder::default()), edit]).err().unwrap();
+        assert!(problems.to_string().contains(expected), "{problems}");
+        assert_eq!(collect(&stage), scene());
+    }
+}
+
+#[test]
+fn what_an_edit_leaves_alone_is_not_rebuilt() {
+    let mut stage = spawn(scene()).unwrap();
+    film(&mut stage);
+    let columns = stage.kept.geometry.clone();
+    let same_after = |stage: &mut Stage, edit: Edit| {
+        let taken_back = animate(stage, vec![edit]).unwrap();
+        film(stage);
+        let same = Arc::ptr_eq(&stage.kept.geometry, &columns);
+        undo(stage, taken_back);
+        same
+    };
+    assert!(same_after(&mut stage, Edit::Camera(Camera { fov: 20.0, ..Camera::default() })));
+    assert!(same_after(&mut stage, put(3, PointLight { color: DVec3::X, ..PointLight::default() })));
+    assert!(same_after(&mut stage, put(3, Transform { translation: DVec3::Y, ..Transform::default() })));
+    let red = Material { color: DVec3::X, ..Material::default() };
+    assert!(same_after(&mut stage, Edit::Material { index: 0, material: red }));
+    assert!(!same_after(&mut stage, put(0, Sphere { radius: 0.5, ..Sphere::default() })));
+}
+
+#[test]
+fn a_mirrored_mesh_keeps_its_outside() {
+    let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
+    let one_sided = Material { two_sided: false, ..Material::default() };
+    let mut scene = Scene { materials: vec![("m".into(), one_sided)], ..scene() };
+    let transform = Transform { scale: Scale(DVec3::new(-1.0, 1.0, 1.0)), ..Transform::default() };
+    let triangle = Triangle { vertices: corners, normals: None };
+    scene.entities = vec![Bag::new([transform.into(), triangle.into(), MaterialName("m".into()).into()])];
+    scene.camera = Camera { from: DVec3::new(-0.2, 0.2, 5.0), at: DVec3::new(-0.2, 0.2, 0.0), ..Camera::default() };
+    let mut stage = spawn(scene).unwrap();
+    let (_, stats) = render(&mut stage, &AtomicBool::new(false), &|_, _| {}).unwrap().unwrap();
+    assert!(stats.counters.primary_hits > 0);
+}

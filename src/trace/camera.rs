@@ -1,0 +1,109 @@
+//! Camera rays: pinhole and thin lens.
+//!
+//! The view plane stands at distance 1 before the lens; the plane in focus at `focus_distance`. All rays through the
+//! lens that belong to one film point meet on the plane in focus (Cook, Porter and Carpenter 1984).
+
+use glam::{DVec3, Vec3};
+
+use super::Ray;
+use super::sampler::{Domain, Node, Sampler, concentric_disk};
+use crate::components::{Camera, Lens};
+
+/// A camera resolved for a picture of a given size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraRays {
+    origin: Vec3,
+    /// To the middle of the view plane, and across half of it, right and up.
+    forward: Vec3,
+    right: Vec3,
+    up: Vec3,
+    /// Lens radius (disk) or half side (square), as vectors along right and up.
+    lens_right: Vec3,
+    lens_up: Vec3,
+    lens: Option<Lens>,
+    focus_distance: f32,
+    pixel: [f32; 2],
+}
+
+impl CameraRays {
+    /// `focus_distance` is measured along the view axis, in world units.
+    pub fn new(camera: &Camera, size: [u32; 2], focus_distance: f64) -> Self {
+        let aspect = f64::from(size[0]) / f64::from(size[1]);
+        let half_height = camera.half_height(aspect);
+        let axis = camera.axis();
+        let right = axis.cross(camera.up).normalize_or(DVec3::X);
+        let up = right.cross(axis);
+        let radius = camera.lens_radius();
+        CameraRays {
+            origin: camera.from.as_vec3(),
+            forward: axis.as_vec3(),
+            right: (right * (half_height * aspect)).as_vec3(),
+            up: (up * half_height).as_vec3(),
+            lens_right: (right * radius).as_vec3(),
+            lens_up: (up * radius).as_vec3(),
+            lens: (radius > 0.0).then_some(camera.lens),
+            focus_distance: focus_distance as f32,
+            pixel: [2.0 / size[0] as f32, 2.0 / size[1] as f32],
+        }
+    }
+
+    /// The same camera with the lens closed to a pinhole.
+    pub fn pinhole(self) -> Self {
+        CameraRays { lens: None, ..self }
+    }
+
+    /// The ray of one sample through pixel (x, y), counted from the top left, at the given offset in the pixel.
+    pub fn ray(&self, x: u32, y: u32, offset: [f32; 2], sampler: &Sampler) -> Ray {
+        let across = (x as f32 + offset[0]) * self.pixel[0] - 1.0;
+        let down = (y as f32 + offset[1]) * self.pixel[1] - 1.0;
+        let direction = self.forward + self.right * across - self.up * down;
+        let Some(lens) = self.lens else {
+            return Ray::new(self.origin, direction.normalize());
+        };
+        let square = sampler.stratified(Node::CAMERA, Domain::Lens);
+        let [lx, ly] = match lens {
+            Lens::Disk => concentric_disk(square),
+            Lens::Square => square.map(|x| 2.0 * x - 1.0),
+        };
+        let shift = self.lens_right * lx + self.lens_up * ly;
+        Ray::new(self.origin + shift, (direction * self.focus_distance - shift).normalize())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera() -> Camera {
+        Camera { from: DVec3::new(0.0, 0.0, 5.0), at: DVec3::ZERO, fov: 90.0, ..Camera::default() }
+    }
+
+    #[test]
+    fn the_corners_of_the_picture_span_the_field_of_view() {
+        let rays = CameraRays::new(&camera(), [200, 100], 5.0);
+        let sampler = Sampler::new(0, 0, 1);
+        let top_left = rays.ray(0, 0, [0.0, 0.0], &sampler).direction;
+        assert!((top_left - Vec3::new(-2.0, 1.0, -1.0).normalize()).length() < 1e-6);
+        let middle = rays.ray(100, 50, [0.0, 0.0], &sampler).direction;
+        assert!((middle - Vec3::NEG_Z).length() < 1e-6);
+    }
+
+    #[test]
+    fn rays_through_the_lens_meet_on_the_plane_in_focus() {
+        for lens in [Lens::Disk, Lens::Square] {
+            let camera = Camera { aperture: 0.5, lens, ..camera() };
+            let rays = CameraRays::new(&camera, [200, 100], 3.0);
+            let pinhole = rays.clone().pinhole().ray(30, 20, [0.5, 0.5], &Sampler::new(0, 0, 1));
+            let meeting = pinhole.origin + pinhole.direction * (3.0 / -pinhole.direction.z);
+            let mut widest = 0.0f32;
+            for pixel in 0..200 {
+                let ray = rays.ray(30, 20, [0.5, 0.5], &Sampler::new(9, pixel, 1));
+                let there = ray.origin + ray.direction * (3.0 / -ray.direction.z);
+                assert!((there - meeting).length() < 1e-4);
+                let off = ray.origin - pinhole.origin;
+                widest = widest.max(if lens == Lens::Disk { off.length() } else { off.abs().max_element() });
+            }
+            assert!(widest > 0.45 && widest < 0.5 + 1e-6, "{widest}");
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! Stateless sampling: every random decision is a hash of (seed, pixel, sample, what it is for).
+//!
+//! A [`Sampler`] belongs to one sample of one pixel. It hands out stratified points: the n x n samples of a pixel fill
+//! the n x n cells of any square domain (pixel, lens, light, gloss) once each, in an order shuffled per pixel and
+//! domain, so that domains are decorrelated (Cook 1986; the shuffle is Kensler's, Pixar memo 13-01).
+
+use crate::base::random::{combine, mix, unit_f32};
+
+/// What a stratified point is for; domains of one ray-tree node must differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Domain {
+    Pixel,
+    Lens,
+    Gloss,
+    Light(u32),
+}
+
+impl Domain {
+    fn word(self) -> u64 {
+        match self {
+            Domain::Pixel => 0,
+            Domain::Lens => 1,
+            Domain::Gloss => 2,
+            Domain::Light(i) => 16 + u64::from(i),
+        }
+    }
+}
+
+/// One sample of one pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampler {
+    pixel_key: u64,
+    /// Index of the sample, 0..strata^2.
+    pub sample: u32,
+    /// Side n of the n x n strata.
+    pub strata: u32,
+}
+
+/// A node of the tree of rays of one sample: equal for corresponding rays of all samples of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Node(u64);
+
+impl Node {
+    pub const CAMERA: Node = Node(0);
+
+    pub fn reflected(self) -> Node {
+        Node(combine(self.0, 1))
+    }
+
+    pub fn refracted(self) -> Node {
+        Node(combine(self.0, 2))
+    }
+}
+
+impl Sampler {
+    pub fn new(seed: u64, pixel: u32, strata: u32) -> Self {
+        Sampler { pixel_key: combine(seed, u64::from(pixel)), sample: 0, strata }
+    }
+
+    fn key(&self, node: Node, domain: Domain) -> u64 {
+        mix(self.pixel_key ^ node.0.wrapping_add(domain.word().wrapping_mul(0x9e37_79b9_7f4a_7c15)))
+    }
+
+    /// A point in the unit square, in this sample's cell of the domain's shuffled strata.
+    pub fn stratified(&self, node: Node, domain: Domain) -> [f32; 2] {
+        let key = self.key(node, domain);
+        let cell = shuffle(self.sample, self.strata * self.strata, key as u32);
+        self.within(cell, key)
+    }
+
+    /// As [`Self::stratified`], but in the cell of the sample itself: for the pixel.
+    pub fn in_own_cell(&self, node: Node, domain: Domain) -> [f32; 2] {
+        self.within(self.sample, self.key(node, domain))
+    }
+
+    fn within(&self, cell: u32, key: u64) -> [f32; 2] {
+        let [x, y] = self.pair(key);
+        let n = self.strata;
+        let side = 1.0 / n as f32;
+        // A product can round up to 1; the domain is half open.
+        let below_one = 1.0 - f32::EPSILON / 2.0;
+        let place = |cell: u32, offset: f32| ((cell as f32 + offset) * side).min(below_one);
+        [place(cell % n, x), place(cell / n, y)]
+    }
+
+    /// An independent uniform point in the unit square.
+    pub fn random(&self, node: Node, domain: Domain) -> [f32; 2] {
+        self.pair(self.key(node, domain))
+    }
+
+    /// An independent uniform number, apart from the pairs of the same domain.
+    pub fn extra(&self, node: Node, domain: Domain) -> f32 {
+        unit_f32(combine(self.key(node, domain), !u64::from(self.sample)))
+    }
+
+    fn pair(&self, key: u64) -> [f32; 2] {
+        let hash = combine(key, u64::from(self.sample));
+        [unit_f32(hash), unit_f32(hash << 24)]
+    }
+}
+
+/// Position of `index` in a pseudo-random permutation of `0..length`.
+fn shuffle(index: u32, length: u32, key: u32) -> u32 {
+    if length == 1 {
+        return 0;
+    }
+    let mask = length.next_power_of_two() - 1;
+    let mut i = index;
+    loop {
+        i ^= key;
+        i = i.wrapping_mul(0xe170_893d);
+        i ^= key >> 16;
+        i ^= (i & mask) >> 4;
+        i ^= key >> 8;
+        i = i.wrapping_mul(0x0929_eb3f);
+        i ^= key >> 23;
+        i ^= (i & mask) >> 1;
+        i = i.wrapping_mul(1 | key >> 27);
+        i = i.wrapping_mul(0x6935_fa69);
+        i ^= (i & mask) >> 11;
+        i = i.wrapping_mul(0x74dc_b303);
+        i ^= (i & mask) >> 2;
+        i = i.wrapping_mul(0x9e50_1cc3);
+        i ^= (i & mask) >> 2;
+        i = i.wrapping_mul(0xc860_a3df);
+        i &= mask;
+        i ^= i >> 5;
+        if i < length {
+            break;
+        }
+    }
+    ((u64::from(i) + u64::from(key)) % u64::from(length)) as u32
+}
+
+/// Maps the unit square to the unit disk, keeping strata compact (Shirley and Chiu 1997).
+pub fn concentric_disk([x, y]: [f32; 2]) -> [f32; 2] {
+    let (a, b) = (2.0 * x - 1.0, 2.0 * y - 1.0);
+    if a == 0.0 && b == 0.0 {
+        return [0.0, 0.0];
+    }
+    let quarter = std::f32::consts::FRAC_PI_4;
+    let (r, phi) = if a.abs() > b.abs() { (a, quarter * (b / a)) } else { (b, quarter * (2.0 - a / b)) };
+    let (sin, cos) = libm::sincosf(phi);
+    [r * cos, r * sin]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shuffle_is_a_permutation() {
+        for length in [1, 2, 4, 9, 16, 25, 100, 1024] {
+            for key in [0, 1, 0xdead_beef, u32::MAX] {
+                let mut seen = vec![false; length as usize];
+                (0..length).for_each(|i| seen[shuffle(i, length, key) as usize] = true);
+                assert!(seen.iter().all(|s| *s), "{length} {key}");
+            }
+        }
+    }
+
+    #[test]
+    fn samples_of_a_pixel_fill_every_cell_once() {
+        for domain in [Domain::Lens, Domain::Light(3)] {
+            let mut sampler = Sampler::new(1, 77, 5);
+            let mut seen = [false; 25];
+            for sample in 0..25 {
+                sampler.sample = sample;
+                let [x, y] = sampler.stratified(Node::CAMERA.reflected(), domain);
+                assert!((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y));
+                seen[(y * 5.0) as usize * 5 + (x * 5.0) as usize] = true;
+            }
+            assert!(seen.iter().all(|s| *s));
+        }
+    }
+
+    #[test]
+    fn domains_are_decorrelated() {
+        let mut sampler = Sampler::new(1, 0, 1);
+        let mut sum = 0.0f64;
+        for pixel in 0..20_000 {
+            sampler = Sampler::new(1, pixel, sampler.strata);
+            let [a, _] = sampler.stratified(Node::CAMERA, Domain::Light(0));
+            let [b, _] = sampler.stratified(Node::CAMERA, Domain::Light(1));
+            sum += (f64::from(a) - 0.5) * (f64::from(b) - 0.5);
+        }
+        assert!((sum / 20_000.0).abs() < 0.003, "{sum}");
+    }
+
+    #[test]
+    fn the_disk_is_covered_evenly() {
+        let (mut inside, n) = (0, 200);
+        for i in 0..n {
+            for j in 0..n {
+                let [x, y] = concentric_disk([(i as f32 + 0.5) / n as f32, (j as f32 + 0.5) / n as f32]);
+                assert!(x * x + y * y <= 1.0 + 1e-6);
+                inside += usize::from(x * x + y * y < 0.25);
+            }
+        }
+        assert!((inside as f64 / (n * n) as f64 - 0.25).abs() < 0.01);
+    }
+}
