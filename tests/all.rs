@@ -1,4 +1,14 @@
 //! All integration tests, in one binary.
 
+#[path = "all/errors.rs"]
+mod errors;
+#[path = "all/exact.rs"]
+mod exact;
+#[path = "all/golden.rs"]
+mod golden;
 #[path = "all/house.rs"]
 mod house;
+#[path = "all/oracles.rs"]
+mod oracles;
+#[path = "all/tool.rs"]
+mod tool;

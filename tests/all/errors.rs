@@ -1,0 +1,103 @@
+//! Every kind of mistake, as a user meets it: the place, the word, the exit code, and nothing written.
+
+use std::time::{Duration, Instant};
+
+use crate::tool::Desk;
+
+/// Renders a file with a mistake in it; gives what was said.
+#[track_caller]
+fn mistake(name: &str, text: impl AsRef<[u8]>, said: &[&str]) {
+    let desk = Desk::new();
+    desk.write(name, text);
+    let start = Instant::now();
+    desk.anim(&format!("render {name} -o out")).fails(3, said);
+    assert!(start.elapsed() < Duration::from_secs(20));
+    assert_eq!(desk.files(), [name]);
+}
+
+#[test]
+fn a_misspelt_field() {
+    let scene = "(\n  materials: { \"m\": (colour: (1.0, 0.0, 0.0)) },\n)";
+    mistake("a.ron", scene, &["a.ron:2:22: error", "colour", "did you mean `color`?", "^^^^^^"]);
+}
+
+#[test]
+fn a_bad_number() {
+    mistake("a.ron", "(\n  entities: [(sphere: (radius: big))],\n)", &["a.ron:2:"]);
+    mistake("a.ron", "(\n  entities: [(sphere: (radius: NaN))],\n)", &["a.ron:2:32", "radius", "finite"]);
+    mistake("a.ron", "(\n  entities: [(sphere: (radius: 0.0))],\n)", &["a.ron:2:32", "`radius` must not be 0"]);
+}
+
+#[test]
+fn several_mistakes_at_once() {
+    let scene = "(\n  camera: (fov: 200.0),\n  entities: [\n    (sphere: (raduis: 1.0)),\n    (material: \"gone\"),\n  ],\n)";
+    mistake("a.ron", scene, &["a.ron:2:17", "a.ron:4:15", "did you mean `radius`?", "a.ron:5:16", "gone"]);
+}
+
+#[test]
+fn a_truncated_scene() {
+    mistake("a.ron", "(\n  entities: [\n    (sphere: (radius: 1.0", &["a.ron:3:"]);
+    mistake("a.ron", "", &["a.ron"]);
+    mistake("a.ron", "(".repeat(200_000), &["a.ron:1:"]);
+}
+
+#[test]
+fn a_missing_file() {
+    let desk = Desk::new();
+    desk.write("scene.ron", "()");
+    let said = desk.anim("render scen.ron").stderr;
+    assert!(said.contains("scen.ron") && said.contains("scene.ron"), "{said}");
+    mistake("a.ron", "(entities: [(mesh: (file: \"bunny.obj\"))])", &["a.ron:1:", "bunny.obj"]);
+    mistake("a.rhai", "animation(#{ scene: \"none.ron\" });\nfn frame(s, f) {}", &["a.rhai:1:", "none.ron"]);
+}
+
+#[test]
+fn a_hostile_mesh_is_refused_before_memory_is_filled() {
+    let desk = Desk::new();
+    let header = "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\n\
+                  property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n";
+    desk.write("m.ply", header).write("a.ron", "(entities: [(mesh: (file: \"m.ply\"))])");
+    desk.anim("render a.ron").fails(3, &["m.ply"]);
+    mistake("a.nff", "f 1 1 1 1 0 1 0 1\np 4000000000\n0 0 0\n", &["a.nff:2:"]);
+}
+
+#[test]
+fn a_circle_of_parents() {
+    let scene = r#"(entities: [
+        (name: "a", transform: (parent: "b")),
+        (name: "b", transform: (parent: "a")),
+    ])"#;
+    mistake("a.ron", scene, &["a.ron:2:", "a", "b"]);
+}
+
+#[test]
+fn a_script_that_runs_for_ever() {
+    let script = "animation(#{ frames: 2 });\nfn frame(s, f) {\n  loop { }\n}";
+    mistake("a.rhai", script, &["a.rhai:3:", "frame 1"]);
+    mistake("a.rhai", "animation(#{ frames: 2 });\nfn f(n) { f(n + 1) }\nfn frame(s, f) { f(0); }", &["a.rhai:2:"]);
+}
+
+#[test]
+fn a_mistake_in_a_late_frame_is_found_before_the_first_is_rendered() {
+    let script = "animation(#{ frames: 40 });\nfn frame(s, f) {\n  if f.number == 37 { s.camera.fvo = 3; }\n}";
+    mistake("a.rhai", script, &["a.rhai:3:", "frame 37", "fvo", "did you mean `fov`?"]);
+}
+
+#[test]
+fn usage() {
+    let desk = Desk::new();
+    desk.write("a.ron", "()");
+    desk.anim("render a.ron --frames 3-1").fails(2, &["3-1"]);
+    desk.anim("render a.ron --size 0x10").fails(2, &["size"]);
+    desk.anim("render a.ron --szie 10x10").fails(2, &["--size"]);
+    desk.anim("render").fails(2, &[]);
+    desk.anim("render a.txt").fails(3, &["a.txt"]);
+}
+
+#[test]
+fn output_that_cannot_be_written() {
+    let desk = Desk::new();
+    desk.write("a.ron", "(render: (size: (4, 4), samples: 1))").write("taken", "a file, not a folder");
+    desk.anim("render a.ron -o taken/x.png").fails(5, &["taken"]);
+    assert_eq!(desk.files(), ["a.ron", "taken"]);
+}

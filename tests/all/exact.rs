@@ -1,0 +1,96 @@
+//! The same input gives the same bytes: on any number of threads, in any order, with any accelerator.
+
+use crate::tool::Desk;
+
+const SCENE: &str = r#"(
+    camera: (from: (0.0, 2.0, 6.0), at: (0.0, 0.6, 0.0), aperture: 0.1, focus: Entity("hero")),
+    render: (size: (64, 48), samples: 4, background: (0.2, 0.3, 0.4)),
+    materials: {
+        "gloss": (color: (0.8, 0.3, 0.2), specular: 0.5, gloss: 0.2),
+        "glass": (diffuse: 0.0, specular: 0.5, transmission: 1.0, ior: 1.5),
+    },
+    entities: [
+        (name: "hero", sphere: (), transform: (translation: (0.0, 1.0, 0.0)), material: "gloss"),
+        (sphere: (radius: 0.5), transform: (translation: (1.2, 0.5, 1.2)), material: "glass"),
+        (aabox: (), transform: (translation: (-1.5, 0.5, 0.5), rotation: (0.0, 30.0, 0.0))),
+        (cone: (), transform: (translation: (0.3, 0.0, 1.9), scale: (1.0, 0.7, 0.6)), material: "gloss"),
+        (triangle: (vertices: ((-3.0, 0.0, -2.0), (3.0, 0.0, -2.0), (0.0, 3.0, -2.5)))),
+        (plane: ()),
+        (name: "key", area_light: (size: (1.0, 1.0)), transform: (translation: (2.0, 4.0, 3.0))),
+    ],
+)"#;
+
+const SCRIPT: &str = r#"
+    animation(#{ scene: "scene.ron", frames: 4, mode: "loop" });
+    fn setup(s) {
+        for i in 0..60 { s.spawn(#{ sphere: #{ radius: 0.12 }, translation: polar(2.4, i * 6, 0.12), material: "gloss" }); }
+    }
+    fn frame(s, f) {
+        s.get("hero").translation.y = 1.0 + 0.3 * f.t;
+        s.camera.from = orbit([0, 2, 0], 6.0, f.t / 8.0);
+        s.get("key").color = [f.rng.float(), 1.0, 1.0];
+    }
+"#;
+
+fn desk() -> Desk {
+    let desk = Desk::new();
+    desk.write("scene.ron", SCENE).write("show.rhai", SCRIPT);
+    desk
+}
+
+fn frames(desk: &Desk, folder: &str, numbers: &[u32]) -> Vec<Vec<u8>> {
+    numbers.iter().map(|n| desk.read(&format!("{folder}/show.{n:04}.png"))).collect()
+}
+
+#[test]
+fn frames_do_not_depend_on_threads_order_or_company() {
+    let desk = desk();
+    desk.anim("show.rhai -o one --threads 1").ok();
+    desk.anim("show.rhai -o two --threads 2").ok();
+    desk.anim("show.rhai -o shuffled --frames 4,2,1,3 --threads 3").ok();
+    desk.anim("show.rhai -o alone --frames 3").ok();
+    let all = frames(&desk, "one", &[1, 2, 3, 4]);
+    assert!(all.windows(2).all(|pair| pair[0] != pair[1]));
+    assert_eq!(all, frames(&desk, "two", &[1, 2, 3, 4]));
+    assert_eq!(all, frames(&desk, "shuffled", &[1, 2, 3, 4]));
+    assert_eq!(all[2..3], frames(&desk, "alone", &[3]));
+}
+
+#[test]
+fn the_accelerator_does_not_show() {
+    let desk = desk();
+    for accel in ["grid", "brute", "auto"] {
+        desk.anim(&format!("show.rhai -o {accel} --accel {accel} --frames 1,3")).ok();
+    }
+    let brute = pixels(&desk, "brute");
+    assert_eq!(pixels(&desk, "grid"), brute);
+    assert_eq!(pixels(&desk, "auto"), brute);
+}
+
+/// Pixels alone: the settings in the metadata name the accelerator.
+fn pixels(desk: &Desk, folder: &str) -> Vec<Vec<u8>> {
+    let decode = |bytes: Vec<u8>| image::load_from_memory(&bytes).unwrap().to_rgb8().into_raw();
+    frames(desk, folder, &[1, 3]).into_iter().map(decode).collect()
+}
+
+#[test]
+fn a_dumped_frame_renders_to_the_same_picture() {
+    let desk = desk();
+    desk.anim("show.rhai -o frames --frames 3").ok();
+    desk.anim("dump show.rhai --frame 3 -o frame3.ron").ok();
+    desk.anim("frame3.ron -o still.png").ok();
+    let decode = |bytes: Vec<u8>| image::load_from_memory(&bytes).unwrap().to_rgb8().into_raw();
+    assert_eq!(decode(desk.read("frames/show.0003.png")), decode(desk.read("still.png")));
+}
+
+#[test]
+fn converting_twice_gives_the_same_text() {
+    let desk = desk();
+    let once = desk.anim("convert scene.ron").ok().stdout;
+    desk.write("once.ron", &once);
+    assert_eq!(desk.anim("convert once.ron").ok().stdout, once);
+    desk.anim("scene.ron -o a.png").ok();
+    desk.anim("once.ron -o b.png").ok();
+    let decode = |bytes: Vec<u8>| image::load_from_memory(&bytes).unwrap().to_rgb8().into_raw();
+    assert_eq!(decode(desk.read("a.png")), decode(desk.read("b.png")));
+}
