@@ -64,6 +64,9 @@ pub fn update(stage: &mut Stage) -> Result<bool, Diagnostics> {
     Ok(changed)
 }
 
+/// Squares of squares of what the kernel adds up must stay inside `f32`.
+const FARTHEST: f64 = 1e9;
+
 struct Extraction<'a> {
     stage: &'a Stage,
     world: &'a World,
@@ -150,8 +153,8 @@ impl<'a> Extraction<'a> {
         let mut last: (Option<&Text>, u32) = (None, default_material);
         for (order, shape, placement, motion, worn) in found {
             let mut map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
-            if map.matrix3.determinant() == 0.0 || !map.is_finite() {
-                let message = format!("{} is scaled to nothing by its parents", stage.label(order.0 as usize));
+            if map.matrix3.determinant() == 0.0 || map.to_cols_array().iter().any(|x| !(x.abs() <= FARTHEST)) {
+                let message = format!("{} is scaled to nothing or beyond reach", stage.label(order.0 as usize));
                 return Err(Diagnostic::error(message).into());
             }
             if let Some(motion) = motion {

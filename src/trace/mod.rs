@@ -1,7 +1,9 @@
 //! The kernel: rays against columns of primitives.
 //!
 //! No I/O, no entities, no `dyn` in an inner loop, `f32` throughout. [`geometry`] holds the primitives as columns,
-//! [`accel`] finds the nearest one along a ray, and whatever finds it, the answer is the same to the bit.
+//! [`shapes`] the tests of single ones, [`accel`] finds the nearest along a ray, and whatever finds it, the answer is
+//! the same to the bit. [`surface`] says where a hit is and how exactly that is known. [`integrator`] is the recursion
+//! over [`lights`], [`surfacing`] (materials) and [`camera`] rays, fed by the stateless [`sampler`].
 
 pub mod accel;
 pub mod camera;
@@ -10,10 +12,13 @@ pub mod integrator;
 pub mod lights;
 pub mod ray;
 pub mod sampler;
+pub mod shapes;
 pub mod stats;
+pub mod surface;
 pub mod surfacing;
 
 pub use accel::{Accelerator, Worker};
-pub use geometry::{Geometry, Sides, Surface, Tag};
+pub use geometry::{Geometry, Sides, Tag};
 pub use ray::{Hit, Ray};
 pub use stats::Counters;
+pub use surface::Surface;

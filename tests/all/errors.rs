@@ -30,7 +30,8 @@ fn a_bad_number() {
 
 #[test]
 fn several_mistakes_at_once() {
-    let scene = "(\n  camera: (fov: 200.0),\n  entities: [\n    (sphere: (raduis: 1.0)),\n    (material: \"gone\"),\n  ],\n)";
+    let scene =
+        "(\n  camera: (fov: 200.0),\n  entities: [\n    (sphere: (raduis: 1.0)),\n    (material: \"gone\"),\n  ],\n)";
     mistake("a.ron", scene, &["a.ron:2:17", "a.ron:4:15", "did you mean `radius`?", "a.ron:5:16", "gone"]);
 }
 

@@ -1,0 +1,126 @@
+//! The grid against its oracle: the same hits to the bit, whatever stands where.
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use proptest::prelude::*;
+
+use super::*;
+use crate::trace::geometry::{LocalShape, Sides, Tag};
+
+/// Coordinates that often coincide: lattice points as well as arbitrary ones.
+fn coordinate() -> impl Strategy<Value = f32> {
+    prop_oneof![3 => -4.0f32..4.0, 1 => (-4i32..=4).prop_map(|i| i as f32), 1 => Just(0.0)]
+}
+
+fn point() -> impl Strategy<Value = Vec3> {
+    prop::array::uniform3(coordinate()).prop_map(Vec3::from_array)
+}
+
+#[derive(Clone, Debug)]
+struct Piece(u8, Vec3, Vec3, Vec3, f32);
+
+fn piece() -> impl Strategy<Value = Piece> {
+    (0u8..7, point(), point(), point(), 0.01f32..1.5).prop_map(|(k, a, b, c, r)| Piece(k, a, b, c, r))
+}
+
+fn build(pieces: &[Piece]) -> Geometry {
+    let mut geometry = Geometry::default();
+    for (i, Piece(kind, a, b, c, r)) in pieces.iter().enumerate() {
+        let sides = [Sides::Both, Sides::Front, Sides::Back][i % 3];
+        let tag = Tag { entity: i as u32, material: 0, sides };
+        let small = |p: &Vec3| *a + *p * 0.2;
+        match kind {
+            0 | 1 => geometry.push_sphere(tag, *a, *r * 0.3),
+            2 => geometry.push_triangle(tag, [*a, small(b), small(c)], None),
+            3 => geometry.push_box(tag, a.min(small(b)), a.max(small(b))),
+            4 if a != b => geometry.push_cone(tag, *a, *r * 0.2, small(b), *r * 0.1, i % 2 == 0),
+            5 => {
+                let m = DMat3::from_cols(DVec3::X * 0.3, DVec3::new(0.1, 0.6, 0.0), DVec3::Z * f64::from(*r));
+                let map = DAffine3 { matrix3: m, translation: a.as_dvec3() };
+                geometry.push_placed(tag, LocalShape::Sphere { center: Vec3::ZERO, radius: 0.5 }, &map);
+            }
+            6 if i % 5 == 0 => geometry.push_plane(tag, *a, b.normalize_or(Vec3::Y)),
+            _ => geometry.push_triangle(tag, [*a, *b, *c], None),
+        }
+    }
+    geometry.finish();
+    geometry
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+    #[test]
+    fn grid_and_brute_force_agree_to_the_bit(
+        pieces in prop::collection::vec(piece(), 0..60),
+        rays in prop::collection::vec((point(), point(), 0u8..4), 1..20),
+        density in 0.2f64..20.0,
+    ) {
+        let geometry = build(&pieces);
+        let grid = Accelerator::build(&geometry, Accel::Grid, density);
+        let mut worker = Worker::default();
+        for (from, to, kind) in rays {
+            let from = if kind == 3 { from * 1e4 } else { from };
+            let mut direction = (to - from).normalize_or(Vec3::X);
+            if kind == 1 {
+                direction = Vec3::AXES[(from.x.abs() * 7.0) as usize % 3];
+            }
+            let ray = Ray { origin: from, direction, t_max: if kind == 2 { 3.0 } else { f32::INFINITY } };
+            let expected = Accelerator::Brute.closest(&geometry, &ray, &mut Worker::default());
+            let found = grid.closest(&geometry, &ray, &mut worker);
+            prop_assert_eq!(found, expected);
+            prop_assert_eq!(grid.occluded(&geometry, &ray, &mut worker), expected.is_some());
+            prop_assert_eq!(Accelerator::Brute.occluded(&geometry, &ray, &mut worker), expected.is_some());
+        }
+    }
+}
+
+#[test]
+fn what_a_ray_costs_does_not_depend_on_the_rays_before() {
+    let pieces: Vec<Piece> = (0..40)
+        .map(|i| Piece(0, Vec3::new((i % 7) as f32, (i % 5) as f32, (i % 3) as f32), Vec3::ONE, Vec3::X, 1.0))
+        .collect();
+    let geometry = build(&pieces);
+    let grid = Accelerator::build(&geometry, Accel::Grid, 4.0);
+    let ray = Ray::new(Vec3::new(-3.0, 0.1, 0.2), Vec3::new(1.0, 0.3, 0.2).normalize());
+    let mut fresh = Worker::default();
+    grid.closest(&geometry, &ray, &mut fresh);
+    let mut used = Worker::default();
+    for i in 0..50 {
+        let aside = Ray::new(Vec3::new(-3.0, 0.1 * i as f32, 0.2), Vec3::X);
+        grid.closest(&geometry, &aside, &mut used);
+    }
+    let before = used.counters;
+    grid.closest(&geometry, &ray, &mut used);
+    assert_eq!(used.counters.intersection_tests - before.intersection_tests, fresh.counters.intersection_tests);
+    assert_eq!(used.counters.steps - before.steps, fresh.counters.steps);
+}
+
+#[test]
+fn a_giant_floor_does_not_ruin_the_grid() {
+    let mut geometry = Geometry::default();
+    let tag = Tag::default();
+    for i in 0..1000 {
+        let at = Vec3::new((i % 10) as f32, (i / 10 % 10) as f32, (i / 100) as f32) * 0.1;
+        geometry.push_sphere(tag, at, 0.03);
+    }
+    let far = 500.0;
+    geometry.push_triangle(
+        tag,
+        [Vec3::new(-far, -0.1, -far), Vec3::new(-far, -0.1, far), Vec3::new(far, -0.1, far)],
+        None,
+    );
+    geometry.push_triangle(
+        tag,
+        [Vec3::new(-far, -0.1, -far), Vec3::new(far, -0.1, far), Vec3::new(far, -0.1, -far)],
+        None,
+    );
+    geometry.finish();
+    let grid = Accelerator::build(&geometry, Accel::Grid, 2.0);
+    let mut worker = Worker::default();
+    for i in 0..100 {
+        let target = Vec3::new(0.009 * i as f32, 0.4, 0.5);
+        let origin = Vec3::new(0.5, 2.0, 3.0);
+        grid.closest(&geometry, &Ray::new(origin, (target - origin).normalize()), &mut worker);
+    }
+    let per_ray = worker.counters.intersection_tests / 100;
+    assert!(per_ray < 30, "{per_ray} tests a ray");
+}

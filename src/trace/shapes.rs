@@ -1,0 +1,303 @@
+//! Ray against one shape, in `f32`.
+//!
+//! Every function takes a [`Probe`] and gives distances above 0; which sides count is the caller's matter, so each
+//! candidate says whether the ray enters through it. Forms are chosen for what they do to rounding: the sphere by
+//! Hearn and Baker (Ray Tracing Gems, chapter 7), the triangle by signed volumes relative to the ray's origin, whose
+//! signs are exactly opposite along a shared edge, so that no ray slips between two triangles.
+
+use glam::Vec3;
+
+use super::Ray;
+
+/// A ray with what every test needs of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Probe {
+    pub origin: Vec3,
+    /// Unit length.
+    pub direction: Vec3,
+    /// 1 / direction, infinite where that is 0.
+    pub inverse: Vec3,
+}
+
+impl From<&Ray> for Probe {
+    fn from(ray: &Ray) -> Self {
+        Probe { origin: ray.origin, direction: ray.direction, inverse: ray.direction.recip() }
+    }
+}
+
+/// Distances at which a line enters and leaves a sphere.
+#[inline]
+pub fn sphere(probe: &Probe, center: Vec3, radius: f32) -> Option<[f32; 2]> {
+    let f = probe.origin - center;
+    let b = -f.dot(probe.direction);
+    // From the centre to the nearest point of the line: precise however far the origin is.
+    let nearest = f + probe.direction * b;
+    let discriminant = radius * radius - nearest.dot(nearest);
+    if discriminant < 0.0 {
+        return None;
+    }
+    let root = discriminant.sqrt();
+    let c = f.dot(f) - radius * radius;
+    if b > 0.0 {
+        let q = b + root;
+        Some([c / q, q])
+    } else {
+        let q = b - root;
+        Some([q, if q == 0.0 { 0.0 } else { c / q }])
+    }
+}
+
+/// Distance, weights of the second and third corner, and whether the ray comes from the front.
+#[inline]
+pub fn triangle(probe: &Probe, corners: &[Vec3; 3]) -> Option<(f32, f32, f32, bool)> {
+    let a = corners[0] - probe.origin;
+    let b = corners[1] - probe.origin;
+    let c = corners[2] - probe.origin;
+    let d = probe.direction;
+    let (ca, ab, bc) = (c - a, a - b, b - c);
+    // Six times the signed volume over each edge: positive on one side of it.
+    let u = (c + a).cross(ca).dot(d);
+    let v = (a + b).cross(ab).dot(d);
+    let w = (b + c).cross(bc).dot(d);
+    let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+    if !inside {
+        return None;
+    }
+    let normal = ab.cross(ca);
+    let facing = normal.dot(d);
+    let volume = u + v + w;
+    if facing == 0.0 || volume == 0.0 {
+        return None;
+    }
+    let t = a.dot(normal) / facing;
+    // A sliver, or a ray that grazes, makes t rough and the signs too: hold both to the triangle's own box, where the
+    // grid will look for it.
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    let pad = low.abs().max(high.abs()).max_element() * (8.0 * f32::EPSILON);
+    let relative = Probe { origin: Vec3::ZERO, ..*probe };
+    let [near, far] = slab(&relative, low - pad, high + pad);
+    if near > far {
+        return None;
+    }
+    let t = t.clamp(near, far);
+    (t > 0.0).then(|| (t, u / volume, v / volume, facing > 0.0))
+}
+
+/// Distances at which a line enters and leaves an axis-aligned box; near > far if it misses.
+#[inline]
+pub fn slab(probe: &Probe, min: Vec3, max: Vec3) -> [f32; 2] {
+    let low = (min - probe.origin) * probe.inverse;
+    let high = (max - probe.origin) * probe.inverse;
+    // `f32::min` and `max` pass over the NaN of 0 * infinity.
+    let near = low.x.min(high.x).max(low.y.min(high.y)).max(low.z.min(high.z));
+    let far = low.x.max(high.x).min(low.y.max(high.y)).min(low.z.max(high.z));
+    [near, far]
+}
+
+/// A cone cut between two planes across its axis; a cylinder where the radii are equal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frustum {
+    pub base: Vec3,
+    /// Unit, from base to apex.
+    pub axis: Vec3,
+    pub height: f32,
+    pub base_radius: f32,
+    /// Change of the radius per unit of height.
+    pub slope: f32,
+    pub capped: bool,
+}
+
+/// Part of a frustum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    Side,
+    Base,
+    Apex,
+}
+
+/// How much wider than its rim a cap is tested, so that no ray slips between cap and side.
+const RIM: f32 = 1.0 + 8.0 * f32::EPSILON;
+
+impl Frustum {
+    pub fn new(base: Vec3, base_radius: f32, apex: Vec3, apex_radius: f32, capped: bool) -> Self {
+        let height = base.distance(apex);
+        // Ends that differ in `f64` may fall together in `f32`: then only the caps are left.
+        let axis = (apex - base).normalize_or(Vec3::Y);
+        let slope = if height > 0.0 { (apex_radius - base_radius) / height } else { 0.0 };
+        Frustum { base, axis, height, base_radius, slope, capped }
+    }
+
+    pub fn radius_at(&self, z: f32) -> f32 {
+        self.base_radius + self.slope * z
+    }
+
+    /// Every crossing at a distance above 0: distance, whether it enters, and the part. Unordered, at most four.
+    #[inline]
+    pub fn crossings(&self, probe: &Probe, mut found: impl FnMut(f32, bool, Part)) {
+        let d = probe.direction;
+        let from_base = probe.origin - self.base;
+        // Solve from the point of the line nearest to the base: precise however far the origin is.
+        let shift = -from_base.dot(d);
+        let o = from_base + d * shift;
+        let (oz, dz) = (o.dot(self.axis), d.dot(self.axis));
+        let (op, dp) = (o - self.axis * oz, d - self.axis * dz);
+        let (ro, rd) = (self.radius_at(oz), self.slope * dz);
+        let a = dp.dot(dp) - rd * rd;
+        let b = op.dot(dp) - ro * rd;
+        let c = op.dot(op) - ro * ro;
+        let mut side = |s: f32| {
+            let (z, t) = (oz + dz * s, s + shift);
+            if (0.0..=self.height).contains(&z) && ro + rd * s >= 0.0 && t > 0.0 {
+                found(t, a * s + b < 0.0, Part::Side);
+            }
+        };
+        let discriminant = b * b - a * c;
+        if discriminant >= 0.0 {
+            let root = discriminant.sqrt();
+            let q = if b > 0.0 { -b - root } else { root - b };
+            if a != 0.0 {
+                side(q / a);
+            }
+            if q != 0.0 {
+                side(c / q);
+            }
+        }
+        if !self.capped || dz == 0.0 {
+            return;
+        }
+        for (part, z, enters) in [(Part::Base, 0.0, dz > 0.0), (Part::Apex, self.height, dz < 0.0)] {
+            let s = (z - oz) / dz;
+            let radius = self.radius_at(z) * RIM;
+            if s + shift > 0.0 && (op + dp * s).length_squared() <= radius * radius {
+                found(s + shift, enters, part);
+            }
+        }
+    }
+}
+
+/// Distance to a plane, and whether the ray comes from its front.
+#[inline]
+pub fn plane(probe: &Probe, point: Vec3, normal: Vec3) -> Option<(f32, bool)> {
+    let facing = normal.dot(probe.direction);
+    let t = (point - probe.origin).dot(normal) / facing;
+    (t > 0.0 && t < f32::INFINITY).then_some((t, facing < 0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    fn vector(limit: f32) -> impl Strategy<Value = Vec3> {
+        prop::array::uniform3(-limit..limit).prop_map(Vec3::from_array)
+    }
+
+    fn probe(origin: Vec3, direction: Vec3) -> Probe {
+        Probe::from(&Ray::new(origin, direction.normalize_or(Vec3::Z)))
+    }
+
+    proptest! {
+        #[test]
+        fn sphere_hits_lie_on_the_sphere(o in vector(50.0), at in vector(1.0), c in vector(5.0), r in 0.01f32..5.0) {
+            let probe = probe(o, c + at * r - o);
+            if let Some(hits) = sphere(&probe, c, r) {
+                prop_assert!(hits[0] <= hits[1]);
+                for t in hits {
+                    let p = o.as_dvec3() + probe.direction.as_dvec3() * f64::from(t);
+                    let off = p.distance(c.as_dvec3()) - f64::from(r);
+                    prop_assert!(off.abs() < 1e-4 * (1.0 + f64::from(r)), "{off}");
+                }
+            } else {
+                let f = c.as_dvec3() - o.as_dvec3();
+                let nearest = f.cross(probe.direction.as_dvec3()).length();
+                prop_assert!(nearest > f64::from(r) * 0.9999 - 1e-4);
+            }
+        }
+
+        #[test]
+        fn triangle_hits_agree_with_double_precision(
+            o in vector(10.0), a in vector(3.0), b in vector(3.0), c in vector(3.0), w in prop::array::uniform2(0.0f32..1.0)
+        ) {
+            let (w1, w2) = if w[0] + w[1] > 1.0 { (1.0 - w[0], 1.0 - w[1]) } else { (w[0], w[1]) };
+            let target = a + (b - a) * w1 + (c - a) * w2;
+            let normal = (b - a).cross(c - a);
+            prop_assume!(normal.length() > 0.1 && (target - o).normalize().dot(normal.normalize()).abs() > 0.05);
+            let edge = w1.min(w2).min(1.0 - w1 - w2);
+            prop_assume!(edge > 1e-3);
+            let probe = probe(o, target - o);
+            let (t, u, v, front) = triangle(&probe, &[a, b, c]).unwrap();
+            prop_assert!((t - o.distance(target)).abs() < 1e-3);
+            prop_assert!((u - w1).abs() < 2e-3 && (v - w2).abs() < 2e-3);
+            prop_assert_eq!(front, normal.dot(probe.direction) < 0.0);
+        }
+
+        /// Two triangles on either side of an edge: a ray aimed at the edge hits at least one of them.
+        #[test]
+        fn no_ray_slips_through_a_shared_edge(
+            o in vector(10.0), p in vector(1.0), q in vector(1.0), s in 0.0f32..1.0, left in vector(1.0), right in vector(1.0)
+        ) {
+            let mut target = p + (q - p) * s;
+            target += target * f32::EPSILON;
+            let d = (target - o).normalize_or(Vec3::Z);
+            let across = (q - p).cross(d);
+            // Seen from the origin, the third corners lie on opposite sides of the edge.
+            prop_assume!(across.length() > 1e-3);
+            let away = across.normalize();
+            let (l, r) = (p + (q - p) * left.x.abs() + away, p + (q - p) * right.x.abs() - away);
+            let probe = probe(o, target - o);
+            prop_assume!(s > 0.01 && s < 0.99);
+            prop_assert!(triangle(&probe, &[p, q, l]).is_some() || triangle(&probe, &[q, p, r]).is_some());
+        }
+
+        #[test]
+        fn cone_crossings_lie_on_the_cone(
+            o in vector(20.0), at in vector(1.0), base in vector(3.0), apex in vector(3.0), r0 in 0.0f32..2.0, r1 in 0.0f32..2.0
+        ) {
+            prop_assume!(base.distance(apex) > 0.1 && r0 + r1 > 0.1);
+            let cone = Frustum::new(base, r0, apex, r1, true);
+            let probe = probe(o, base + (apex - base) * at.x.abs() + at - o);
+            let (mut count, mut net) = (0, 0);
+            cone.crossings(&probe, |t, enters, part| {
+                count += 1;
+                net += if enters { 1 } else { -1 };
+                let p = (o.as_dvec3() + probe.direction.as_dvec3() * f64::from(t)) - base.as_dvec3();
+                let axis: DVec3 = (apex.as_dvec3() - base.as_dvec3()).normalize();
+                let z = p.dot(axis);
+                let radius = (p - axis * z).length();
+                let expected = f64::from(r0) + f64::from(cone.slope) * z;
+                match part {
+                    Part::Side => assert!((radius - expected).abs() < 5e-3, "{radius} {expected}"),
+                    Part::Base => assert!(z.abs() < 1e-3 && radius < expected + 1e-3),
+                    Part::Apex => assert!((z - f64::from(cone.height)).abs() < 1e-3 && radius < expected + 1e-3),
+                }
+            });
+            prop_assert!(count <= 4);
+            prop_assert!(net == 0 || count == 1 || o.distance(base) < 12.0);
+        }
+    }
+
+    #[test]
+    fn giant_and_tiny_spheres_are_met_where_they_are() {
+        let down = probe(Vec3::new(0.0, 3.0, 0.0), Vec3::NEG_Y);
+        let [t, _] = sphere(&down, Vec3::new(0.0, -1e5, 0.0), 1e5).unwrap();
+        assert!((t - 3.0).abs() < 1e-2);
+        let far = probe(Vec3::new(0.0, 0.0, 1e4), Vec3::NEG_Z);
+        let [near, leave] = sphere(&far, Vec3::ZERO, 1e-2).unwrap();
+        assert!(near <= leave && (near - 1e4).abs() < 0.02);
+    }
+
+    #[test]
+    fn boxes_stand_rays_along_their_faces() {
+        let (min, max) = (Vec3::ZERO, Vec3::ONE);
+        let inside = |p: Probe| {
+            let [near, far] = slab(&p, min, max);
+            near <= far && far > 0.0
+        };
+        assert!(inside(probe(Vec3::new(0.5, 0.5, -1.0), Vec3::Z)));
+        assert!(!inside(probe(Vec3::new(0.5, 1.5, -1.0), Vec3::Z)));
+        assert!(!inside(probe(Vec3::new(0.5, 0.5, -1.0), Vec3::NEG_Z)));
+        let [near, far] = slab(&probe(Vec3::new(0.0, 0.5, -1.0), Vec3::Z), min, max);
+        assert!(near.is_finite() || near == f32::NEG_INFINITY || far.is_finite());
+    }
+}
