@@ -1,1 +1,191 @@
-//! (room cli)
+//! The command line: one file per command, and the only room that prints.
+//!
+//! Raw flags are resolved here, once, into what the program works with. Results go to stdout; diagnostics and progress
+//! to stderr. Exit codes: 0 done, 1 differences found, 2 usage, 3 the scene or script is wrong, 4 some frames failed,
+//! 5 reading or writing failed, 130 interrupted.
+
+mod check;
+mod frames;
+mod pictures;
+mod progress;
+mod render;
+mod scenes;
+
+use std::ffi::OsString;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
+
+#[derive(Parser)]
+#[command(
+    name = "anim",
+    version,
+    about = "Renders animated 3D sequences from text: RON scenes, Rhai scripts, deterministic ray tracing.",
+    after_help = "Examples:
+  anim scripts/rackfocus.rhai                     all frames into frames/rackfocus/
+  anim show.rhai --frames 1-10,20 --size 320x180  some frames, small
+  anim scene.ron -o still.png                     one picture of a scene
+  anim check scripts/*.rhai scenes/*.ron          find mistakes without rendering
+
+Exit codes: 0 done, 1 differences found, 2 usage, 3 the scene or script is wrong,
+4 some frames failed, 5 reading or writing failed, 130 interrupted."
+)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render the frames of a script, or one picture of a scene (`anim INPUT` is short for this)
+    Render(render::RenderArguments),
+    /// Load and evaluate every frame without rendering
+    Check(check::CheckArguments),
+    /// Write the resolved scene of one frame as RON
+    Dump(scenes::DumpArguments),
+    /// Write any scene that can be read as RON
+    Convert(scenes::ConvertArguments),
+    /// Compare two pictures, or two folders of them
+    Diff(pictures::DiffArguments),
+    /// Show what a picture says of its making
+    Info(pictures::InfoArguments),
+}
+
+const COMMANDS: [&str; 7] = ["render", "check", "dump", "convert", "diff", "info", "help"];
+
+/// What an input is and how it is read; shared by the commands that open one.
+#[derive(clap::Args)]
+struct InputArguments {
+    /// A script (.rhai) or a scene (.ron, .nff, .p3f)
+    input: PathBuf,
+    /// Give a parameter of the script a value; may be repeated
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]
+    defines: Vec<(String, String)>,
+    /// Refuse what a tolerant reader of NFF and P3F skips with a warning
+    #[arg(long)]
+    strict: bool,
+}
+
+fn parse_define(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => Ok((name.to_string(), value.to_string())),
+        _ => Err("expected NAME=VALUE".into()),
+    }
+}
+
+/// Exit codes that users rely on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Exit {
+    Done = 0,
+    Differences = 1,
+    Usage = 2,
+    Input = 3,
+    Io = 5,
+    Interrupted = 130,
+}
+
+/// Runs the program; `arguments` start with its own name.
+pub fn main(arguments: Vec<OsString>) -> ExitCode {
+    let parsed = match Arguments::try_parse_from(with_default_command(arguments)) {
+        Ok(parsed) => parsed,
+        Err(error) => {
+            let _ = error.print();
+            return ExitCode::from(error.exit_code() as u8);
+        }
+    };
+    let outcome = match parsed.command {
+        Command::Render(arguments) => render::run(arguments),
+        Command::Check(arguments) => check::run(arguments),
+        Command::Dump(arguments) => scenes::dump(arguments),
+        Command::Convert(arguments) => scenes::convert(arguments),
+        Command::Diff(arguments) => pictures::diff(arguments),
+        Command::Info(arguments) => pictures::info(arguments),
+    };
+    let exit = outcome.unwrap_or_else(|problems| {
+        say(&problems);
+        exit_code(&problems)
+    });
+    ExitCode::from(exit as u8)
+}
+
+/// `anim S.rhai ...` is `anim render S.rhai ...`.
+fn with_default_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
+    let first = arguments.get(1).and_then(|a| a.to_str()).unwrap_or("--help").to_string();
+    let known = COMMANDS.contains(&first.as_str()) || ["-h", "--help", "-V", "--version"].contains(&first.as_str());
+    if !known {
+        arguments.insert(1, "render".into());
+    }
+    arguments
+}
+
+/// The worst cause decides: usage, then reading and writing, then the input.
+fn exit_code(problems: &Diagnostics) -> Exit {
+    let has = |cause| problems.0.iter().any(|d| d.is_error() && d.cause == cause);
+    if has(Cause::Usage) {
+        Exit::Usage
+    } else if has(Cause::Io) {
+        Exit::Io
+    } else {
+        Exit::Input
+    }
+}
+
+fn usage(message: impl Into<String>) -> Diagnostics {
+    Diagnostic::error(message).because(Cause::Usage).into()
+}
+
+/// Shows diagnostics on stderr, coloured at a terminal.
+fn say(problems: &Diagnostics) {
+    if problems.0.is_empty() {
+        return;
+    }
+    let mut text = problems.to_string();
+    if progress::stderr_is_terminal() && std::env::var_os("NO_COLOR").is_none() {
+        text = text.replace("error: ", "\x1b[1;31merror:\x1b[0m ").replace("warning: ", "\x1b[1;33mwarning:\x1b[0m ");
+    }
+    // A closed stderr leaves nobody to tell.
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Writes a result to stdout; a reader that has gone away is no failure.
+fn print(text: &str) {
+    let mut out = std::io::stdout().lock();
+    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(text: &str) -> Vec<String> {
+        let arguments = text.split(' ').map(OsString::from).collect();
+        with_default_command(arguments).into_iter().map(|a| a.into_string().unwrap()).collect()
+    }
+
+    #[test]
+    fn an_input_alone_is_rendered() {
+        assert_eq!(words("anim a.rhai")[1], "render");
+        assert_eq!(words("anim --threads 2 a.rhai")[1], "render");
+        assert_eq!(words("anim check a.rhai")[1], "check");
+        assert_eq!(words("anim --help").len(), 2);
+        assert_eq!(words("anim").len(), 1);
+    }
+
+    #[test]
+    fn causes_have_their_exit_codes() {
+        let of = |cause| exit_code(&Diagnostic::error("x").because(cause).into());
+        assert_eq!(of(Cause::Usage), Exit::Usage);
+        assert_eq!(of(Cause::Io), Exit::Io);
+        assert_eq!(of(Cause::Input), Exit::Input);
+    }
+
+    #[test]
+    fn the_arguments_are_well_formed() {
+        use clap::CommandFactory;
+        Arguments::command().debug_assert();
+    }
+}

@@ -1,1 +1,39 @@
-//! (room load)
+//! Files -> one resolved scene, with diagnostics; and scenes -> RON.
+//!
+//! The happy path is one pass: [`ron`] through serde, [`nff`] through its own reader. Then [`resolve`] checks ranges
+//! and references as data, and meshes are read. Only when something is wrong is the text looked at again, for the
+//! place of every mistake.
+
+pub mod mesh;
+pub mod resolve;
+pub mod ron;
+pub mod spans;
+pub mod write;
+
+use std::path::Path;
+
+use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::{files, limits};
+use crate::components::Scene;
+
+/// Endings of the scene files that are read.
+pub const EXTENSIONS: [&str; 3] = ["ron", "nff", "p3f"];
+
+/// Reads a scene: what it says, and warnings. `strict` turns what a tolerant reader skips into errors.
+///
+/// # Errors
+/// Every mistake that was found, each with its place.
+pub fn load_scene(path: &Path, strict: bool) -> Result<(Scene, Diagnostics), Diagnostics> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let base = path.parent().unwrap_or(Path::new("")).to_path_buf();
+    let name = path.to_string_lossy().into_owned();
+    match extension.as_str() {
+        "ron" => ron::parse(&files::read_text(path, limits::SCENE_FILE_BYTES)?, &name, &base),
+        _ => {
+            let known = EXTENSIONS.map(|e| format!(".{e}")).join(", ");
+            Err(Diagnostic::error(format!("{name}: not a scene that can be read"))
+                .help(format!("known: {known}"))
+                .into())
+        }
+    }
+}

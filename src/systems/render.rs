@@ -72,6 +72,14 @@ pub fn render(
     Ok(Some((film, stats)))
 }
 
+/// Sees to it that the World as it stands can be rendered, without rendering it.
+///
+/// # Errors
+/// A focus on an entity that does not exist or does not lie before the camera.
+pub fn check(stage: &Stage) -> Result<(), Diagnostics> {
+    lens::camera_rays(stage, stage.settings().size).map(|_| ())
+}
+
 /// Builds the accelerator if the columns or its settings changed.
 fn accelerate(stage: &mut Stage, rebuilt: bool) {
     let settings = stage.settings();

@@ -8,10 +8,10 @@ use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::limits;
 use crate::components::*;
 
-/// Fills a World from a scene and checks what the systems rely on.
+/// Fills a World from a scene whose values are in range, as `load` and [`super::animate`] see to.
 ///
 /// # Errors
-/// Diagnostics that name the entity: a component out of range, an unknown material or parent, a cycle of parents.
+/// Diagnostics that name the entity: a name given twice, an unknown material or parent, a cycle of parents.
 pub fn spawn(scene: Scene) -> Result<Stage, Diagnostics> {
     let mut world = World::new();
     let camera = world.spawn((scene.camera,));
@@ -34,7 +34,6 @@ pub fn spawn(scene: Scene) -> Result<Stage, Diagnostics> {
     for bag in scene.entities {
         spawn_bag(&mut stage, &mut builder, bag)?;
     }
-    check_all(&stage)?;
     hierarchy::update(&mut stage)?;
     extract::check_materials(&stage)?;
     Ok(stage)
@@ -79,25 +78,4 @@ pub(super) fn spawn_bag(stage: &mut Stage, builder: &mut EntityBuilder, mut bag:
 /// A failed range check, with the entity that it belongs to.
 pub(super) fn invalid(owner: &str, kind: &str, problem: Invalid) -> Diagnostic {
     Diagnostic::error(format!("{owner}: {kind}: {}", problem.message))
-}
-
-fn check_all(stage: &Stage) -> Result<(), Diagnostics> {
-    stage.camera().check().map_err(|e| invalid("the scene", "camera", e))?;
-    stage.settings().check().map_err(|e| invalid("the scene", "render", e))?;
-    for entity in &stage.materials {
-        let mut query = stage.world.query_one::<(&Name, &Material)>(*entity);
-        if let Ok((name, material)) = query.get() {
-            Check::check(material).map_err(|e| invalid(&format!("material `{}`", name.0), "material", e))?;
-        }
-    }
-    macro_rules! check_kinds {
-        ($($name:ident : $variant:ident),* $(,)?) => { $(
-            for (order, component) in stage.world.query::<(&Order, &$variant)>().iter() {
-                Check::check(component)
-                    .map_err(|e| invalid(&stage.label(order.0 as usize), stringify!($name), e))?;
-            }
-        )* };
-    }
-    crate::components::entity::every_kind!(check_kinds);
-    Ok(())
 }

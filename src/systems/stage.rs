@@ -71,6 +71,11 @@ impl Stage {
         copy(&self.world, self.settings)
     }
 
+    /// Number of entities, those included that a frame has removed.
+    pub fn entity_count(&self) -> usize {
+        self.entities.len()
+    }
+
     /// The entity of an authored index, unless it was removed.
     pub(super) fn live(&self, index: usize) -> Option<Entity> {
         let entity = *self.entities.get(index)?;

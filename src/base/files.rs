@@ -1,0 +1,78 @@
+//! Reading files that may be missing, huge or not what their name says.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use super::diagnostics::{Diagnostic, nearest};
+
+/// The bytes of a file of at most `cap` bytes.
+///
+/// # Errors
+/// A diagnostic of an input that is missing (with the nearest name in its folder), a folder, or too large.
+pub fn read_bytes(path: &Path, cap: u64) -> Result<Vec<u8>, Diagnostic> {
+    let shown = path.display();
+    let cannot = |error: std::io::Error| {
+        let problem = Diagnostic::error(format!("cannot read {shown}: {}", plain(&error)));
+        match nearest_file(path) {
+            Some(name) if error.kind() == std::io::ErrorKind::NotFound => {
+                problem.help(format!("did you mean `{name}`?"))
+            }
+            _ => problem,
+        }
+    };
+    if path.is_dir() {
+        return Err(Diagnostic::error(format!("cannot read {shown}: it is a folder")));
+    }
+    let file = File::open(path).map_err(cannot)?;
+    let mut bytes = Vec::new();
+    file.take(cap + 1).read_to_end(&mut bytes).map_err(cannot)?;
+    if bytes.len() as u64 > cap {
+        return Err(Diagnostic::error(format!("{shown} is larger than the limit of {} MiB", cap >> 20)));
+    }
+    Ok(bytes)
+}
+
+/// The text of a file; bytes that are not UTF-8 are replaced.
+///
+/// # Errors
+/// As [`read_bytes`].
+pub fn read_text(path: &Path, cap: u64) -> Result<String, Diagnostic> {
+    let text = String::from_utf8(read_bytes(path, cap)?);
+    Ok(text.unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned()))
+}
+
+/// The name in the same folder that is most like the one that is missing.
+pub fn nearest_file(path: &Path) -> Option<String> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let entries = std::fs::read_dir(folder).ok()?;
+    let mut names: Vec<String> =
+        entries.take(10_000).flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    let wanted = path.file_name()?.to_string_lossy();
+    nearest(&wanted, names.iter().map(String::as_str)).map(str::to_string)
+}
+
+/// The reason alone, without the number that the system adds.
+fn plain(error: &std::io::Error) -> String {
+    let text = error.to_string();
+    let end = text.find(" (os error").unwrap_or(text.len());
+    text[..end].to_lowercase()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_read_is_explained() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("scene.ron"), "hello").unwrap();
+        let said = |name: &str, cap| read_text(&folder.path().join(name), cap).unwrap_err().to_string();
+        assert!(said("scen.ron", 9).contains("no such file"), "{}", said("scen.ron", 9));
+        assert!(said("scen.ron", 9).contains("did you mean `scene.ron`?"));
+        assert!(said("scene.ron", 4).contains("larger than the limit"));
+        assert!(said("", 4).contains("it is a folder"));
+        assert_eq!(read_text(&folder.path().join("scene.ron"), 5).unwrap(), "hello");
+    }
+}

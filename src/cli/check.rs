@@ -1,0 +1,43 @@
+//! `anim check`: everything but the rendering.
+
+use std::path::PathBuf;
+
+use super::{Exit, exit_code, parse_define, print, say};
+use crate::base::diagnostics::Diagnostics;
+use crate::shot::{self, Overrides};
+
+#[derive(clap::Args)]
+pub struct CheckArguments {
+    /// Scripts and scenes
+    #[arg(required = true)]
+    inputs: Vec<PathBuf>,
+    /// Give a parameter of the scripts a value; may be repeated
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]
+    defines: Vec<(String, String)>,
+    /// Refuse what a tolerant reader of NFF and P3F skips with a warning
+    #[arg(long)]
+    strict: bool,
+}
+
+pub fn run(arguments: CheckArguments) -> Result<Exit, Diagnostics> {
+    let mut worst = Exit::Done;
+    for input in &arguments.inputs {
+        let checked = shot::open(input, &arguments.defines, arguments.strict, Overrides::default()).and_then(
+            |(mut shot, warnings)| {
+                say(&warnings);
+                let frames: Vec<u32> = (1..=shot.frames()).collect();
+                shot.check(&frames)?;
+                let what = if shot.is_sequence() { format!("{} frames", frames.len()) } else { "one picture".into() };
+                Ok(format!("{}: {what}, {} entities: good\n", input.display(), shot.stage.entity_count()))
+            },
+        );
+        match checked {
+            Ok(line) => print(&line),
+            Err(problems) => {
+                say(&problems);
+                worst = exit_code(&problems);
+            }
+        }
+    }
+    Ok(worst)
+}

@@ -1,0 +1,180 @@
+//! `anim render`: frames of a script, or one picture of a scene.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use serde_json::json;
+
+use super::progress::{Mode, Progress};
+use super::{Exit, InputArguments, frames, print, say, usage};
+use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::limits;
+use crate::components::{Accel, Integrator};
+use crate::output::names;
+use crate::shot::run::{self, Ending, Event, Report};
+use crate::shot::{self, Overrides};
+
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  anim render show.rhai --frames 1-48x4 --spp 4      a quick look at every fourth frame
+  anim render show.rhai -D aperture=0.2 -o wide      a parameter of the script, another folder
+  anim render show.rhai -o 'out/f.######.png'        six digits
+  anim render scene.p3f --size 1024x768 --depth 16   a still in 16 bits")]
+pub struct RenderArguments {
+    #[command(flatten)]
+    input: InputArguments,
+    /// Which frames: numbers, ranges and steps, as in 1-10,20,30-60x5 [default: all]
+    #[arg(long, value_name = "LIST")]
+    frames: Option<String>,
+    /// A folder, a pattern with #### for the number, or a file [default: frames/NAME]
+    #[arg(short, long, value_name = "PLACE")]
+    out: Option<String>,
+    /// Width and height in pixels, over the scene's
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    /// Samples per pixel, over the scene's; rounded down to a square
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=limits::SAMPLES as i64))]
+    spp: Option<u32>,
+    /// Seed of all sampling [default: follows from the camera's pose]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Worker threads; the pictures do not depend on them [default: one per core]
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    threads: Option<usize>,
+    /// whitted or distribution
+    #[arg(long, value_name = "NAME", value_parser = |s: &str| Integrator::parse(s).ok_or_else(|| choices(Integrator::NAMES)))]
+    integrator: Option<Integrator>,
+    /// auto, grid or brute; the pictures do not depend on it
+    #[arg(long, value_name = "NAME", value_parser = |s: &str| Accel::parse(s).ok_or_else(|| choices(Accel::NAMES)))]
+    accel: Option<Accel>,
+    /// Bits per channel of the picture, 8 or 16
+    #[arg(long, value_name = "BITS", value_parser = parse_depth)]
+    depth: Option<u32>,
+    /// Print what each frame cost, one JSON object a line
+    #[arg(long, value_name = "FORMAT", value_parser = ["json"])]
+    stats: Option<String>,
+    /// How progress is shown on stderr
+    #[arg(long, value_enum, default_value = "auto")]
+    progress: Mode,
+}
+
+fn choices(names: &[&str]) -> String {
+    format!("expected {}", names.join(", ").to_lowercase())
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let parts = text.split_once(['x', 'X']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    let size: [u32; 2] = parts.ok_or("expected WIDTHxHEIGHT, as in 640x360")?;
+    let pixels = u64::from(size[0]) * u64::from(size[1]);
+    if size.iter().any(|s| !(1..=limits::FRAME_SIDE).contains(s)) || pixels > limits::FRAME_PIXELS {
+        return Err(format!("sides go from 1 to {}, and at most {} pixels", limits::FRAME_SIDE, limits::FRAME_PIXELS));
+    }
+    Ok(size)
+}
+
+fn parse_threads(text: &str) -> Result<usize, String> {
+    let number = text.parse().ok().filter(|n| (1..=limits::THREADS).contains(n));
+    number.ok_or_else(|| format!("expected a number from 1 to {}", limits::THREADS))
+}
+
+fn parse_depth(text: &str) -> Result<u32, String> {
+    match text {
+        "8" => Ok(8),
+        "16" => Ok(16),
+        _ => Err("expected 8 or 16".into()),
+    }
+}
+
+pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
+    let overrides = Overrides {
+        size: arguments.size,
+        samples: arguments.spp,
+        seed: arguments.seed,
+        integrator: arguments.integrator,
+        accel: arguments.accel,
+        bit_depth: arguments.depth,
+    };
+    let InputArguments { input, defines, strict } = &arguments.input;
+    let (mut shot, warnings) = shot::open(input, defines, *strict, overrides)?;
+    say(&warnings);
+    let count = shot.frames();
+    let wanted = match &arguments.frames {
+        Some(list) => frames::parse(list, count).map_err(usage)?,
+        None => (1..=count).collect(),
+    };
+    let target = names::resolve(arguments.out.as_deref(), &shot.name, shot.is_sequence(), wanted.len()).map_err(usage)?;
+    let cancel = on_interrupt()?;
+    let progress = Progress::new(arguments.progress, wanted.len());
+    let written = AtomicUsize::new(0);
+    let watch = |event: Event| match event {
+        Event::Tiles { frame, done, total } => progress.tiles(frame, done, total),
+        Event::Written(report) => {
+            written.fetch_add(1, Ordering::Relaxed);
+            progress.written(report.frame, &report.file.to_string_lossy());
+            if arguments.stats.is_some() {
+                print(&format!("{}\n", stats(&report)));
+            }
+        }
+    };
+    let mut work = || run::run(&mut shot, &wanted, &target, &cancel, &watch);
+    let ending = match arguments.threads {
+        None => work(),
+        Some(threads) => rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|e| Diagnostics::from(Diagnostic::error(format!("cannot start {threads} threads: {e}"))))?
+            .install(&mut work),
+    };
+    let last = target.path(wanted.last().copied().unwrap_or(1));
+    let place = if wanted.len() == 1 { last.as_path() } else { last.parent().unwrap_or(Path::new(".")) };
+    progress.end(written.load(Ordering::Relaxed), &place.to_string_lossy());
+    Ok(match ending? {
+        Ending::Complete => Exit::Done,
+        Ending::Cancelled => Exit::Interrupted,
+    })
+}
+
+/// A flag that the first interrupt raises; the second ends the program at once.
+fn on_interrupt() -> Result<Arc<AtomicBool>, Diagnostics> {
+    let cancel = Arc::new(AtomicBool::new(false));
+    let raised = cancel.clone();
+    let handler = move || {
+        if raised.swap(true, Ordering::Relaxed) {
+            std::process::exit(Exit::Interrupted as i32);
+        }
+    };
+    ctrlc::set_handler(handler).map_err(|e| Diagnostic::error(format!("cannot listen for interrupts: {e}")))?;
+    Ok(cancel)
+}
+
+/// One frame's cost as JSON.
+fn stats(report: &Report) -> serde_json::Value {
+    let (s, c) = (&report.stats, &report.stats.counters);
+    json!({
+        "frame": report.frame,
+        "file": report.file.to_string_lossy(),
+        "primary_rays": c.primary_rays,
+        "primary_hits": c.primary_hits,
+        "shadow_rays": c.shadow_rays,
+        "shadow_hits": c.shadow_hits,
+        "reflection_rays": c.reflection_rays,
+        "refraction_rays": c.refraction_rays,
+        "intersection_tests": c.intersection_tests,
+        "steps": c.steps,
+        "accel": s.accel,
+        "seed": s.seed,
+        "build_seconds": s.build_seconds,
+        "render_seconds": s.render_seconds,
+        "total_seconds": report.total_seconds,
+        "peak_bytes": peak_bytes(),
+    })
+}
+
+/// The most memory that the process has held, where the system says so.
+fn peak_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    let kib: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kib * 1024)
+}

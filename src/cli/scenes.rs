@@ -1,0 +1,62 @@
+//! `anim dump` and `anim convert`: scenes as RON.
+
+use std::path::{Path, PathBuf};
+
+use super::{Exit, InputArguments, print, say, usage};
+use crate::base::diagnostics::Diagnostics;
+use crate::components::Scene;
+use crate::output::write_atomic;
+use crate::shot::{self, Overrides};
+use crate::load;
+
+#[derive(clap::Args)]
+pub struct DumpArguments {
+    #[command(flatten)]
+    input: InputArguments,
+    /// Which frame of a script
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    frame: u32,
+    /// Write to a file instead of stdout
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+#[derive(clap::Args)]
+pub struct ConvertArguments {
+    /// A scene (.ron, .nff, .p3f)
+    scene: PathBuf,
+    /// Refuse what a tolerant reader of NFF and P3F skips with a warning
+    #[arg(long)]
+    strict: bool,
+    /// Write to a file instead of stdout
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+pub fn dump(arguments: DumpArguments) -> Result<Exit, Diagnostics> {
+    let InputArguments { input, defines, strict } = &arguments.input;
+    let (mut shot, warnings) = shot::open(input, defines, *strict, Overrides::default())?;
+    say(&warnings);
+    if !(1..=shot.frames()).contains(&arguments.frame) {
+        return Err(usage(format!("--frame {}: the sequence has frames 1 to {}", arguments.frame, shot.frames())));
+    }
+    let scene = shot.scene_of(arguments.frame)?;
+    write(&scene, arguments.out.as_deref())
+}
+
+pub fn convert(arguments: ConvertArguments) -> Result<Exit, Diagnostics> {
+    let (scene, warnings) = load::load_scene(&arguments.scene, arguments.strict)?;
+    say(&warnings);
+    write(&scene, arguments.out.as_deref())
+}
+
+fn write(scene: &Scene, out: Option<&Path>) -> Result<Exit, Diagnostics> {
+    match out {
+        None => print(&load::write::to_ron(scene, None)),
+        Some(path) => {
+            let folder = path.parent().unwrap_or(Path::new(""));
+            write_atomic(path, load::write::to_ron(scene, Some(folder)).as_bytes())?;
+        }
+    }
+    Ok(Exit::Done)
+}

@@ -1,0 +1,151 @@
+//! What must hold in a scene beyond its grammar: ranges and references, as data.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::spans::Step;
+use crate::base::diagnostics::{Diagnostic, suggestion};
+use crate::base::limits;
+use crate::components::*;
+
+/// Something wrong in a scene, and the path to it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    pub path: Vec<Step>,
+    pub message: String,
+    pub help: Option<String>,
+}
+
+impl Problem {
+    pub fn new(path: Vec<Step>, message: impl Into<String>) -> Self {
+        Problem { path, message: message.into(), help: None }
+    }
+
+    pub fn help(self, help: Option<String>) -> Self {
+        Problem { help, ..self }
+    }
+
+    /// The problem without a place in a text.
+    pub fn diagnostic(self) -> Diagnostic {
+        let diagnostic = Diagnostic::error(self.message);
+        match self.help {
+            Some(help) => diagnostic.help(help),
+            None => diagnostic,
+        }
+    }
+}
+
+pub fn key(name: &str) -> Step {
+    Step::Key(name.to_string())
+}
+
+/// Path to a component of an entity.
+pub fn component_path(entity: usize, kind: Kind) -> Vec<Step> {
+    vec![key("entities"), Step::Index(entity), key(kind.name())]
+}
+
+/// Everything that is wrong with a scene, in the order of the text.
+pub fn check(scene: &Scene) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    let mut range = |path: &[Step], owner: &str, checked: Result<(), Invalid>| {
+        if let Err(invalid) = checked {
+            let path = path.iter().cloned().chain([key(invalid.field)]).collect();
+            problems.push(Problem::new(path, format!("{owner}: {}", invalid.message)));
+        }
+    };
+    range(&[key("camera")], "camera", scene.camera.check());
+    range(&[key("render")], "render", scene.render.check());
+    for (name, material) in &scene.materials {
+        range(&[key("materials"), key(name)], &format!("material `{name}`"), material.check());
+    }
+    for (i, bag) in scene.entities.iter().enumerate() {
+        for component in bag.components() {
+            if let Err(invalid) = component.record().check() {
+                let path = component_path(i, component.kind());
+                range(&path, &format!("{} of {}", component.kind().name(), bag.label(i)), Err(invalid));
+            }
+        }
+    }
+    references(scene, &mut problems);
+    problems
+}
+
+fn references(scene: &Scene, problems: &mut Vec<Problem>) {
+    if scene.entities.len() > limits::ENTITIES || scene.materials.len() > limits::MATERIALS {
+        problems.push(Problem::new(vec![key("entities")], format!("more than {} entities", limits::ENTITIES)));
+    }
+    let mut names: FxHashMap<&str, usize> = FxHashMap::default();
+    for (i, bag) in scene.entities.iter().enumerate() {
+        let Some(name) = bag.name.as_deref() else { continue };
+        if names.insert(name, i).is_some() {
+            let path = vec![key("entities"), Step::Index(i), key("name")];
+            problems.push(Problem::new(path, format!("two entities are called `{name}`")));
+        }
+    }
+    let materials: FxHashSet<&str> = scene.materials.iter().map(|(name, _)| &**name).collect();
+    for (i, bag) in scene.entities.iter().enumerate() {
+        if let Some(Component::MaterialName(worn)) = bag.get(Kind::MaterialName)
+            && !materials.contains(&*worn.0)
+        {
+            let help = suggestion(&worn.0, scene.materials.iter().map(|(name, _)| &**name));
+            let message = format!("unknown material `{}` of {}", worn.0, bag.label(i));
+            problems.push(Problem::new(component_path(i, Kind::MaterialName), message).help(help));
+        }
+        if let Some(parent) = parent(bag)
+            && !names.contains_key(parent)
+        {
+            let mut path = component_path(i, Kind::Transform);
+            path.push(key("parent"));
+            let message = format!("unknown parent `{parent}` of {}", bag.label(i));
+            problems.push(Problem::new(path, message).help(suggestion(parent, names.keys().copied())));
+        }
+    }
+    if let Some(Focus::Entity(name)) = &scene.camera.focus
+        && !names.contains_key(&**name)
+    {
+        let message = format!("the camera is focused on `{name}`, which does not exist");
+        let path = vec![key("camera"), key("focus")];
+        problems.push(Problem::new(path, message).help(suggestion(name, names.keys().copied())));
+    }
+    cycles(scene, &names, problems);
+}
+
+fn parent(bag: &Bag) -> Option<&str> {
+    match bag.get(Kind::Transform) {
+        Some(Component::Transform(transform)) => transform.parent.as_deref(),
+        _ => None,
+    }
+}
+
+/// Chains of parents that lead back to themselves or on for too long; each is reported once.
+fn cycles(scene: &Scene, names: &FxHashMap<&str, usize>, problems: &mut Vec<Problem>) {
+    let up = |i: usize| parent(&scene.entities[i]).and_then(|name| names.get(name).copied());
+    let mut settled: FxHashSet<usize> = FxHashSet::default();
+    for start in 0..scene.entities.len() {
+        let mut chain = Vec::new();
+        let mut on_chain = FxHashSet::default();
+        let mut at = up(start).map(|_| start);
+        while let Some(here) = at.filter(|here| !settled.contains(here)) {
+            let mut path = component_path(here, Kind::Transform);
+            path.push(key("parent"));
+            if !on_chain.insert(here) {
+                let round = chain.iter().skip_while(|i| **i != here).chain([&here]);
+                let shown: Vec<String> = round.map(|i| scene.entities[*i].label(*i)).collect();
+                let message = format!("parents go round in a circle: {}", shown.join(" -> "));
+                problems.push(Problem::new(path, message));
+                break;
+            }
+            chain.push(here);
+            if chain.len() > limits::HIERARCHY_DEPTH {
+                let message = format!(
+                    "more than {} parents above {}",
+                    limits::HIERARCHY_DEPTH,
+                    scene.entities[start].label(start)
+                );
+                problems.push(Problem::new(path, message));
+                break;
+            }
+            at = up(here);
+        }
+        settled.extend(chain);
+    }
+}

@@ -1,0 +1,224 @@
+//! A second look at a scene that serde refused: every piece on its own, every mistake at its place.
+
+use ::ron::error::{Error, SpannedError};
+use serde::de::DeserializeOwned;
+
+use super::{SECTIONS, options};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, suggestion};
+use crate::components::*;
+use crate::load::spans::{self, Child, Node};
+
+/// All mistakes of a text that could not be read; `first` is what serde said of it.
+pub fn explain(text: &str, file: &str, first: &SpannedError) -> Diagnostics {
+    let tree = match spans::parse(text) {
+        Ok(tree) => tree,
+        Err(broken) => {
+            let place = Place::of_span(file, text, broken.at, broken.at + 1);
+            return Diagnostic::error(broken.message).at(place).into();
+        }
+    };
+    let mut look = Look { text, file, found: Diagnostics::default() };
+    look.scene(&tree);
+    if look.found.0.is_empty() {
+        let start = &first.span.start;
+        let place = Place::of_position(file, text, start.line as u32, start.col as u32);
+        look.found.push(Diagnostic::error(plain(&first.code)).at(place));
+    }
+    look.found
+}
+
+struct Look<'a> {
+    text: &'a str,
+    file: &'a str,
+    found: Diagnostics,
+}
+
+impl Look<'_> {
+    fn place(&self, start: usize, end: usize) -> Place {
+        Place::of_span(self.file, self.text, start, end)
+    }
+
+    fn report(&mut self, (start, end): (usize, usize), message: String, help: Option<String>) {
+        let diagnostic = Diagnostic::error(message).at(self.place(start, end));
+        self.found.push(match help {
+            Some(help) => diagnostic.help(help),
+            None => diagnostic,
+        });
+    }
+
+    fn scene(&mut self, tree: &Node) {
+        for child in self.fields(tree, "the scene", &SECTIONS) {
+            let node = &child.value;
+            match child.key.as_deref() {
+                Some("camera") => self.record::<Camera>(node, "camera", &Camera::default()),
+                Some("render") => self.record::<Render>(node, "render", &Render::default()),
+                Some("materials") => self.materials(node),
+                Some("entities") => self.entities(node),
+                _ => {}
+            }
+        }
+    }
+
+    /// The fields of a struct whose keys are known and there once; the others are reported.
+    fn fields<'n>(&mut self, node: &'n Node, owner: &str, known: &[&str]) -> Vec<&'n Child> {
+        let mut good: Vec<&Child> = Vec::new();
+        for child in &node.children {
+            let Some(key) = child.key.as_deref() else {
+                let span = (child.value.start, child.value.end);
+                let help = Some(format!("fields are written `name: value`; {owner} has {}", list(known)));
+                self.report(span, format!("{owner} has a value without a field name"), help);
+                continue;
+            };
+            let span = (child.key_start, child.key_end);
+            if !known.contains(&key) {
+                let help = suggestion(key, known.iter().copied());
+                self.report(span, format!("unknown field `{key}` in {owner}"), help);
+            } else if good.iter().any(|other| other.key.as_deref() == Some(key)) {
+                self.report(span, format!("`{key}` is given twice in {owner}"), None);
+            } else {
+                good.push(child);
+            }
+        }
+        good
+    }
+
+    fn materials(&mut self, node: &Node) {
+        let mut names: Vec<&str> = Vec::new();
+        for child in &node.children {
+            let name = child.key.as_deref().unwrap_or("");
+            if child.key.is_none() || !self.text[child.key_start..].starts_with('"') {
+                let help = Some("write materials as { \"name\": (color: (0.8, 0.2, 0.1)) }".into());
+                self.report((child.value.start, child.value.end), "a material needs a name in quotes".into(), help);
+                continue;
+            }
+            if names.contains(&name) {
+                self.report((child.key_start, child.key_end), format!("two materials are called `{name}`"), None);
+            }
+            names.push(name);
+            self.record::<Material>(&child.value, &format!("material `{name}`"), &Material::default());
+        }
+    }
+
+    fn entities(&mut self, node: &Node) {
+        let keys: Vec<&str> = Bag::keys().collect();
+        for (index, entity) in node.children.iter().enumerate() {
+            let owner = match entity.value.field("name") {
+                Some(name) => format!("entity {}", &self.text[name.value.start..name.value.end].replace('"', "`")),
+                None => format!("entity {}", index + 1),
+            };
+            for child in self.fields(&entity.value, &owner, &keys) {
+                self.component(child, &owner);
+            }
+        }
+    }
+
+    fn component(&mut self, child: &Child, owner: &str) {
+        let name = child.key.as_deref().unwrap_or("");
+        let node = &child.value;
+        let source = &self.text[node.start..node.end];
+        let Some(kind) = Kind::parse(name) else {
+            let right = match name {
+                "tags" => options().from_str::<Vec<Text>>(source).is_ok(),
+                _ => options().from_str::<Text>(source).is_ok(),
+            };
+            if !right {
+                let expected = if name == "tags" { "a list of texts" } else { "a text in quotes" };
+                self.report((node.start, node.end), format!("`{name}` of {owner}: expected {expected}"), None);
+            }
+            return;
+        };
+        let read = |text: &str| {
+            let mut deserializer = ::ron::Deserializer::from_str_with_options(text, &options())?;
+            let component = kind.deserialize(&mut deserializer).map_err(|e| deserializer.span_error(e))?;
+            deserializer.end().map_err(|e| deserializer.span_error(e))?;
+            Ok(component)
+        };
+        let owner = format!("`{name}` of {owner}");
+        if kind == Kind::MaterialName {
+            if read(source).is_err() {
+                let message = format!("{owner}: expected the name of a material in quotes");
+                self.report((node.start, node.end), message, None);
+            }
+            return;
+        }
+        let default = kind.default_component();
+        self.record_with(node, &owner, default.record(), |text| read(text).map(|_| ()));
+    }
+
+    fn record<T: DeserializeOwned>(&mut self, node: &Node, owner: &str, default: &dyn Record) {
+        self.record_with(node, owner, default, |text| options().from_str::<T>(text).map(|_| ()));
+    }
+
+    /// Reads each field of a record on its own; `default` tells what each one should look like.
+    fn record_with(
+        &mut self,
+        node: &Node,
+        owner: &str,
+        default: &dyn Record,
+        read: impl Fn(&str) -> Result<(), SpannedError>,
+    ) {
+        if read(&self.text[node.start..node.end]).is_ok() {
+            return;
+        }
+        let before = self.found.0.len();
+        for child in self.fields(node, owner, default.fields()) {
+            let name = child.key.as_deref().unwrap_or("");
+            let source = &self.text[child.value.start..child.value.end];
+            let Err(error) = read(&format!("({name}: {source})")) else { continue };
+            let (message, help) = wrong_value(name, owner, source, default.get(name), &error.code);
+            self.report((child.value.start, child.value.end), message, help);
+        }
+        if self.found.0.len() == before {
+            let help = Some(format!("write it as ({}: ...)", default.fields().first().unwrap_or(&"")));
+            self.report((node.start, node.end), format!("{owner}: expected fields in round brackets"), help);
+        }
+    }
+}
+
+/// What is wrong with the value of a field, in plain words.
+fn wrong_value(name: &str, owner: &str, source: &str, like: Option<Value>, error: &Error) -> (String, Option<String>) {
+    let found: String = source.split_whitespace().collect::<Vec<_>>().join(" ").chars().take(40).collect();
+    if let Error::NoSuchEnumVariant { expected, found, .. } = error {
+        let message = format!("`{name}` of {owner}: unknown choice `{found}`");
+        let help = suggestion(found, expected.iter().copied());
+        return (message, help.map(|h| format!("{h} ({})", list(expected))));
+    }
+    if matches!(error, Error::FloatUnderscore | Error::InvalidEscape(_)) {
+        return (format!("`{name}` of {owner}: {}", plain(error)), None);
+    }
+    let expected = match like {
+        Some(Value::Number(_)) => "a number",
+        Some(Value::Int(_)) => "a whole number from 0",
+        Some(Value::Bool(_)) => "true or false",
+        Some(Value::Vec3(_)) => "three numbers, as in (1.0, 2.0, 3.0)",
+        Some(Value::Text(_)) => "a text in quotes or a choice",
+        _ => return (format!("`{name}` of {owner}: {}, found `{found}`", plain(error)), None),
+    };
+    (format!("`{name}` of {owner}: expected {expected}, found `{found}`"), None)
+}
+
+fn list(words: &[&str]) -> String {
+    words.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(", ")
+}
+
+/// An error of the RON reader without its jargon.
+fn plain(error: &Error) -> String {
+    match error {
+        Error::Eof => "the text ends too early".into(),
+        Error::ExpectedFloat => "expected a number".into(),
+        Error::ExpectedInteger | Error::InvalidIntegerDigit { .. } => "expected a whole number".into(),
+        Error::ExpectedBoolean => "expected true or false".into(),
+        Error::ExpectedString | Error::ExpectedIdentifier => "expected a text or a word".into(),
+        Error::ExpectedStructLike | Error::ExpectedNamedStructLike(_) => "expected round brackets".into(),
+        Error::ExpectedArray => "expected a list in square brackets".into(),
+        Error::ExpectedMap => "expected a map in curly brackets".into(),
+        Error::ExceededRecursionLimit => "brackets nest too deep".into(),
+        Error::ExpectedDifferentLength { expected, found } => format!("expected {expected}, found {found} values"),
+        Error::InvalidValueForType { expected, found } => format!("expected {expected}, found {found}"),
+        other => {
+            let text = other.to_string();
+            let mut letters = text.chars();
+            letters.next().map_or(text.clone(), |first| first.to_lowercase().collect::<String>() + letters.as_str())
+        }
+    }
+}

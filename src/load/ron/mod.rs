@@ -1,0 +1,103 @@
+//! RON scenes.
+//!
+//! One serde pass reads a scene that is right. If it is wrong, `explain` reads it again piece by piece, so that
+//! every mistake is reported, each at its own place.
+
+mod explain;
+
+use std::path::Path;
+
+use ::ron::extensions::Extensions;
+use serde::Deserialize;
+use serde::de::{Error as _, MapAccess, Visitor};
+
+use super::resolve::{self, Problem};
+use super::{mesh, spans};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, Place};
+use crate::components::*;
+
+/// How RON is read and written: `Some` and the names of one-field tuples may be left out.
+pub(super) fn options() -> ::ron::Options {
+    let extensions = Extensions::IMPLICIT_SOME | Extensions::UNWRAP_NEWTYPES | Extensions::UNWRAP_VARIANT_NEWTYPES;
+    ::ron::Options::default().with_default_extension(extensions)
+}
+
+/// Sections of a scene file.
+const SECTIONS: [&str; 4] = ["camera", "render", "materials", "entities"];
+
+#[derive(Default, Deserialize)]
+#[serde(default, deny_unknown_fields, rename = "Scene")]
+struct SceneFile {
+    camera: Camera,
+    render: Render,
+    materials: Materials,
+    entities: Vec<Bag>,
+}
+
+/// Named materials in the order of the file.
+#[derive(Default)]
+struct Materials(Vec<(Text, Material)>);
+
+impl<'de> Deserialize<'de> for Materials {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct InOrder;
+        impl<'de> Visitor<'de> for InOrder {
+            type Value = Materials;
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a map of materials: { \"name\": (...) }")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Materials, A::Error> {
+                let mut all: Vec<(Text, Material)> = Vec::new();
+                let mut names = rustc_hash::FxHashSet::default();
+                while let Some((name, material)) = map.next_entry::<Text, Material>()? {
+                    if !names.insert(name.clone()) {
+                        return Err(A::Error::custom(format!("two materials are called `{name}`")));
+                    }
+                    all.push((name, material));
+                }
+                Ok(Materials(all))
+            }
+        }
+        deserializer.deserialize_map(InOrder)
+    }
+}
+
+/// Reads a RON scene; `file` is what diagnostics call it, `base` the folder of the files that it names.
+///
+/// # Errors
+/// Every mistake in it, each with its place.
+pub fn parse(text: &str, file: &str, base: &Path) -> Result<(Scene, Diagnostics), Diagnostics> {
+    let read = match options().from_str::<SceneFile>(text) {
+        Ok(read) => read,
+        Err(error) => return Err(explain::explain(text, file, &error)),
+    };
+    let SceneFile { camera, render, materials, entities } = read;
+    let mut scene = Scene { camera, render, materials: materials.0, entities, base: base.to_path_buf() };
+    let mut problems = resolve::check(&scene);
+    if problems.is_empty() {
+        problems = mesh::load_all(&mut scene);
+    }
+    if problems.is_empty() {
+        return Ok((scene, Diagnostics::default()));
+    }
+    Err(placed(text, file, problems))
+}
+
+/// Problems of a scene with their places in its text.
+fn placed(text: &str, file: &str, problems: Vec<Problem>) -> Diagnostics {
+    let tree = spans::parse(text).ok();
+    let diagnostic = |problem: Problem| -> Diagnostic {
+        let span = tree.as_ref().map(|tree| tree.locate(&problem.path));
+        let diagnostic = problem.diagnostic();
+        match span {
+            Some((start, end)) => diagnostic.at(Place::of_span(file, text, start, end)),
+            None => diagnostic.at(Place::file(file)),
+        }
+    };
+    let mut all: Vec<Diagnostic> = problems.into_iter().map(diagnostic).collect();
+    all.sort_by_key(|d| d.place.as_ref().map_or((0, 0), |p| (p.line, p.column)));
+    Diagnostics(all)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,123 @@
+//! Scenes that are right, scenes that are wrong, and scenes that are neither.
+
+use std::path::Path;
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::load::write::to_ron;
+
+const GOOD: &str = r#"// A scene.
+(
+    camera: (from: (0, 1.4, 6), focus: Entity("hero"), focal_length: 35, lens: Square),
+    render: (size: (64, 48), samples: 16, seed: 7, background: (0.1, 0.1, 0.12)),
+    materials: { "brass": (color: (0.9, 0.7, 0.4), reflection: 0.2), "a b": () },
+    entities: [
+        (name: "hero", tags: ["x", "y"], sphere: (radius: 1), transform: (scale: 2, rotation: (0, 45, 0)), material: "brass"),
+        (name: "child", transform: (parent: "hero", scale: (1, 2, 3)), cone: (), aabox: (min: (-1, 0, 0))),
+        (mesh: (vertices: [(0, 0, 0), (1, 0, 0), (0, 1, 0)], triangles: [(0, 1, 2)])),
+        (area_light: (size: (1, 2), edges: ((1, 0, 0), (0, 1, 0)), falloff: InverseSquare)),
+        (triangle: (vertices: ((0, 0, 0), (1, 0, 0), (0, 1, 0)), normals: ((0, 0, 1), (0, 0, 1), (0, 1, 1)))),
+        (texture: (image: "t.png"), motion: (displacement: (1, 0, 0)), plane: ()),
+    ],
+)
+"#;
+
+fn read(text: &str) -> Result<Scene, String> {
+    parse(text, "a.ron", Path::new("")).map(|(scene, _)| scene).map_err(|d| d.to_string())
+}
+
+#[track_caller]
+fn said(text: &str, expected: &[&str]) {
+    let message = read(text).unwrap_err();
+    for part in expected {
+        assert!(message.contains(part), "`{part}` is not in:\n{message}");
+    }
+}
+
+#[test]
+fn a_scene_is_what_it_says() {
+    let scene = read(GOOD).unwrap();
+    assert_eq!(scene.camera.focus, Some(Focus::Entity("hero".into())));
+    assert_eq!((scene.camera.lens, scene.camera.focal_length), (Lens::Square, Some(35.0)));
+    assert_eq!((scene.render.size, scene.render.seed), ([64, 48], Some(7)));
+    assert_eq!(&*scene.materials[0].0, "brass");
+    assert_eq!(scene.materials[0].1.reflection, Some(0.2));
+    let Some(Component::Transform(t)) = scene.entities[0].get(Kind::Transform) else { panic!() };
+    assert_eq!(t.scale.0, glam::DVec3::splat(2.0));
+    assert_eq!(read("()").unwrap(), Scene::default());
+}
+
+#[test]
+fn what_is_written_is_read_back() {
+    let scene = read(GOOD).unwrap();
+    let text = to_ron(&scene, None);
+    assert_eq!(read(&text).unwrap(), scene, "{text}");
+    assert_eq!(to_ron(&read(&text).unwrap(), None), text);
+    assert!(text.contains("focus: Entity(\"hero\")"), "{text}");
+}
+
+#[test]
+fn an_unknown_field_is_underlined() {
+    let message = read("(\n  materials: { \"m\": (colour: (1.0, 0.0, 0.0)) },\n)").unwrap_err();
+    let expected = "a.ron:2:22: error: unknown field `colour` in material `m`\n  \
+                    2 |   materials: { \"m\": (colour: (1.0, 0.0, 0.0)) },\n    \
+                      |                      ^^^^^^\n  help: did you mean `color`?";
+    assert_eq!(message, expected);
+}
+
+#[test]
+fn each_kind_of_mistake_has_its_words() {
+    said("(cmaera: ())", &["a.ron:1:2", "unknown field `cmaera` in the scene", "did you mean `camera`?"]);
+    said("(entities: [(spere: ())])", &["a.ron:1:14", "did you mean `sphere`?"]);
+    said("(entities: [(sphere: (Radius: 1))])", &["a.ron:1:23", "did you mean `radius`?"]);
+    said("(camera: (fov: wide))", &["a.ron:1:16", "expected a number, found `wide`"]);
+    said("(camera: (from: (1, 2)))", &["a.ron:1:17", "expected three numbers"]);
+    said("(camera: (lens: Dsik))", &["a.ron:1:17", "unknown choice `Dsik`", "did you mean `Disk`?"]);
+    said("(render: (samples: -3))", &["a.ron:1:20", "expected a whole number"]);
+    said("(camera: (fov: 10, fov: 20))", &["a.ron:1:20", "`fov` is given twice"]);
+    said("(entities: [(material: 3)])", &["a.ron:1:24", "expected the name of a material in quotes"]);
+    said("(entities: [(name: 3)])", &["a.ron:1:20", "expected a text in quotes"]);
+    said("(materials: {\"a\": (), \"a\": ()})", &["a.ron:1:23", "two materials are called `a`"]);
+    said("(entities: [(sphere: (1.0))])", &["a.ron:1:23", "without a field name"]);
+    said("(camera: [1, 2])", &["a.ron:1:11"]);
+    said("(entities: [(sphere: (radius: NaN))])", &["a.ron:1:31", "`radius` must be a finite number"]);
+    said("(entities: [(sphere: (), material: \"x\")])", &["a.ron:1:36", "unknown material `x`"]);
+    said("(entities: [(name: \"a\"), (name: \"a\")])", &["a.ron:1:33", "two entities are called `a`"]);
+    said("(camera: (focus: Entity(\"b\")), entities: [(name: \"bb\")])", &["a.ron:1:18", "did you mean `bb`?"]);
+    said("(entities: [(mesh: (file: \"none.obj\"))])", &["a.ron:1:27", "none.obj"]);
+    said("(camera: (fov: 10)", &["a.ron:1:1", "never closed"]);
+}
+
+#[test]
+fn several_mistakes_are_reported_at_once() {
+    let text = "(\n camera: (fovv: 1),\n entities: [\n (sphere: (radius: x)),\n (cone: (apex: 1)),\n ])";
+    said(text, &["a.ron:2:11", "a.ron:4:20", "a.ron:5:16"]);
+}
+
+proptest! {
+    #[test]
+    fn damaged_scenes_are_read_or_refused_with_a_place(at in 0usize..900, with in "[\\PC]{0,3}", cut in 0usize..8) {
+        let start = (0..=at.min(GOOD.len())).rev().find(|i| GOOD.is_char_boundary(*i)).unwrap_or(0);
+        let end = (start + cut).min(GOOD.len());
+        prop_assume!(GOOD.is_char_boundary(end));
+        let text = format!("{}{with}{}", &GOOD[..start], &GOOD[end..]);
+        if let Err(diagnostics) = parse(&text, "a.ron", Path::new("")) {
+            for diagnostic in diagnostics.0 {
+                prop_assert!(diagnostic.place.is_some_and(|p| p.line > 0), "{}", diagnostic.message);
+            }
+        }
+    }
+
+    #[test]
+    fn any_numbers_survive_writing(x in any::<f64>(), y in -1e9f64..1e9, n in any::<u64>()) {
+        let mut scene = read(GOOD).unwrap();
+        scene.camera.from.x = if x.is_finite() { x } else { 0.5 };
+        scene.camera.from.y = y;
+        scene.render.seed = Some(n);
+        let text = to_ron(&scene, None);
+        let back = options().from_str::<SceneFile>(&text).unwrap();
+        prop_assert_eq!(back.camera, scene.camera);
+        prop_assert_eq!(back.render, scene.render);
+    }
+}

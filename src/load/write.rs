@@ -1,0 +1,111 @@
+//! Scenes -> RON that one would like to edit: one entity a line, only what differs from the defaults.
+
+use std::fmt::Write;
+use std::path::{Component as Part, Path, PathBuf};
+
+use ::ron::ser::PrettyConfig;
+use serde::Serialize;
+
+use super::ron::options;
+use crate::components::*;
+
+/// The scene as RON; file names in it are made relative to `target` if that is another folder than the scene's.
+pub fn to_ron(scene: &Scene, target: Option<&Path>) -> String {
+    let rebase = |file: &Text| -> Text {
+        match target {
+            Some(target) if target != scene.base => relative(&scene.base.join(&**file), target).into(),
+            _ => file.clone(),
+        }
+    };
+    let mut render = scene.render.clone();
+    render.environment = render.environment.as_ref().map(rebase);
+    let mut out = String::from("(\n");
+    section(&mut out, "camera", &scene.camera, &Camera::default());
+    section(&mut out, "render", &render, &Render::default());
+    if !scene.materials.is_empty() {
+        out.push_str("    materials: {\n");
+        for (name, material) in &scene.materials {
+            let _ = writeln!(out, "        {}: {},", line(name), line(material));
+        }
+        out.push_str("    },\n");
+    }
+    if !scene.entities.is_empty() {
+        out.push_str("    entities: [\n");
+        for bag in &scene.entities {
+            let _ = writeln!(out, "        {},", line(&rebased(bag, &rebase)));
+        }
+        out.push_str("    ],\n");
+    }
+    out.push_str(")\n");
+    out
+}
+
+fn section<T: Serialize + PartialEq>(out: &mut String, name: &str, value: &T, default: &T) {
+    if value != default {
+        let _ = writeln!(out, "    {name}: {},", line(value));
+    }
+}
+
+/// A value on one line, with spaces after commas and colons.
+fn line<T: Serialize + ?Sized>(value: &T) -> String {
+    let config = PrettyConfig::new().depth_limit(0).separate_tuple_members(false).compact_arrays(true);
+    // Plain structs of numbers and texts are always writable.
+    options().to_string_pretty(value, config).unwrap_or_default()
+}
+
+fn rebased<'a>(bag: &'a Bag, rebase: &impl Fn(&Text) -> Text) -> std::borrow::Cow<'a, Bag> {
+    let mut bag = std::borrow::Cow::Borrowed(bag);
+    if let Some(Component::Mesh(mesh)) = bag.get(Kind::Mesh)
+        && let Some(file) = &mesh.file
+    {
+        let moved = Mesh { file: Some(rebase(file)), ..mesh.clone() };
+        bag.to_mut().put(moved.into());
+    }
+    if let Some(Component::Texture(texture)) = bag.get(Kind::Texture) {
+        let moved = Texture { image: rebase(&texture.image), ..texture.clone() };
+        bag.to_mut().put(moved.into());
+    }
+    bag
+}
+
+/// `file` as seen from `folder`; absolute if the two share no root.
+fn relative(file: &Path, folder: &Path) -> String {
+    let (file, folder) = (tidy(file), tidy(folder));
+    let (from, to): (Vec<Part>, Vec<Part>) = (folder.components().collect(), file.components().collect());
+    let shared = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
+    let up = &from[shared..];
+    if file.is_absolute() != folder.is_absolute() || up.contains(&Part::ParentDir) {
+        return std::path::absolute(&file).unwrap_or(file).to_string_lossy().into_owned();
+    }
+    let path: PathBuf = up.iter().map(|_| Part::ParentDir).chain(to[shared..].iter().copied()).collect();
+    path.to_string_lossy().replace('\\', "/")
+}
+
+/// The path without `.` and without `x/..`.
+fn tidy(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Part::CurDir => {}
+            Part::ParentDir if matches!(out.components().next_back(), Some(Part::Normal(_))) => {
+                out.pop();
+            }
+            part => out.push(part),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_seen_from_elsewhere() {
+        let see = |file: &str, folder: &str| relative(Path::new(file), Path::new(folder));
+        assert_eq!(see("scenes/a.obj", "scenes"), "a.obj");
+        assert_eq!(see("scenes/m/a.obj", "out/x"), "../../scenes/m/a.obj");
+        assert_eq!(see("scenes/../a.obj", ""), "a.obj");
+        assert_eq!(see("/r/s/a.obj", "/r/t"), "../s/a.obj");
+    }
+}

@@ -1,0 +1,99 @@
+//! What a frame's file is called.
+
+use std::path::{Path, PathBuf};
+
+/// Where pictures go.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// One file, for one frame.
+    File(PathBuf),
+    /// A file per frame: the text before the number, its least number of digits, and the text after it.
+    Pattern { before: String, digits: usize, after: String },
+}
+
+impl Target {
+    /// The file of a frame, counted from 1.
+    pub fn path(&self, frame: u32) -> PathBuf {
+        match self {
+            Target::File(path) => path.clone(),
+            Target::Pattern { before, digits, after } => format!("{before}{frame:0digits$}{after}").into(),
+        }
+    }
+}
+
+/// Resolves `-o`: a folder, a pattern with `####`, or a file; without it, the `frames` folder.
+///
+/// `name` is that of the scene or script, `sequence` whether it is a script, `frames` how many are to be written.
+///
+/// # Errors
+/// What is wrong with `-o`, and what to write instead.
+pub fn resolve(out: Option<&str>, name: &str, sequence: bool, frames: usize) -> Result<Target, String> {
+    let in_folder = |folder: &str| {
+        let folder = folder.trim_end_matches(['/', '\\']);
+        let file = Path::new(folder).join(name).to_string_lossy().into_owned();
+        match sequence {
+            true => Target::Pattern { before: format!("{file}."), digits: 4, after: ".png".into() },
+            false => Target::File(format!("{file}.png").into()),
+        }
+    };
+    let Some(out) = out else {
+        let folder = if sequence { format!("frames/{name}") } else { "frames".into() };
+        return Ok(in_folder(&folder));
+    };
+    if out.is_empty() {
+        return Err("-o: a folder, a pattern or a file name was expected".into());
+    }
+    let hashes = out.rfind('#').map(|last| {
+        let start = out[..last].trim_end_matches('#').len();
+        (start, last + 1 - start)
+    });
+    if let Some((start, digits)) = hashes {
+        let (before, after) = (&out[..start], &out[start + digits..]);
+        let after = if after.contains('.') { after.to_string() } else { format!("{after}.png") };
+        return png_only(&after)
+            .map(|()| Target::Pattern { before: before.to_string(), digits, after: after.clone() });
+    }
+    if Path::new(out).extension().is_none() || Path::new(out).is_dir() || out.ends_with('/') {
+        return Ok(in_folder(out));
+    }
+    png_only(out)?;
+    if frames > 1 {
+        let stem = &out[..out.len() - ".png".len()];
+        return Err(format!("-o {out}: {frames} frames need a number in their name, as in {stem}.####.png"));
+    }
+    Ok(Target::File(out.into()))
+}
+
+fn png_only(name: &str) -> Result<(), String> {
+    if name.to_lowercase().ends_with(".png") {
+        return Ok(());
+    }
+    Err(format!("-o: pictures are written as .png, not `{name}`"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn name(out: Option<&str>, sequence: bool, frames: usize) -> String {
+        match resolve(out, "show", sequence, frames) {
+            Ok(target) => target.path(7).to_string_lossy().into_owned(),
+            Err(message) => message,
+        }
+    }
+
+    #[test]
+    fn frames_have_their_promised_names() {
+        assert_eq!(name(None, true, 9), "frames/show/show.0007.png");
+        assert_eq!(name(None, false, 1), "frames/show.png");
+        assert_eq!(name(Some("out"), true, 9), "out/show.0007.png");
+        assert_eq!(name(Some("out/"), false, 1), "out/show.png");
+        assert_eq!(name(Some("x/f##.png"), true, 9), "x/f07.png");
+        assert_eq!(name(Some("x/f-#"), true, 9), "x/f-7.png");
+        assert_eq!(name(Some("one.png"), true, 1), "one.png");
+        assert!(name(Some("one.png"), true, 2).contains("one.####.png"));
+        assert!(name(Some("one.jpg"), true, 1).contains(".png"));
+        let Ok(target) = resolve(None, "show", true, 1) else { panic!() };
+        assert!(target.path(123_456).ends_with("show.123456.png"));
+    }
+}
