@@ -54,7 +54,9 @@ mod tests {
     fn ranges_steps_and_order() {
         assert_eq!(parse("1-3,20,30-60x15", 60).unwrap(), [1, 2, 3, 20, 30, 45, 60]);
         assert_eq!(parse("4,2, 2-5", 9).unwrap(), [4, 2, 3, 5]);
-        for (text, word) in [("0", "from 1"), ("3-1", "1-3"), ("1-99", "has 9 frames"), ("", "expected"), ("1-2x0", "step")] {
+        for (text, word) in
+            [("0", "from 1"), ("3-1", "1-3"), ("1-99", "has 9 frames"), ("", "expected"), ("1-2x0", "step")]
+        {
             assert!(parse(text, 9).unwrap_err().contains(word), "{text}");
         }
         assert!(parse("99999999999", 9).is_err() && parse("-1", 9).is_err() && parse("+1", 9).is_err());

@@ -103,7 +103,8 @@ pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
         Some(list) => frames::parse(list, count).map_err(usage)?,
         None => (1..=count).collect(),
     };
-    let target = names::resolve(arguments.out.as_deref(), &shot.name, shot.is_sequence(), wanted.len()).map_err(usage)?;
+    let target =
+        names::resolve(arguments.out.as_deref(), &shot.name, shot.is_sequence(), wanted.len()).map_err(usage)?;
     let cancel = on_interrupt()?;
     let progress = Progress::new(arguments.progress, wanted.len());
     let written = AtomicUsize::new(0);

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use super::{Exit, InputArguments, print, say, usage};
 use crate::base::diagnostics::Diagnostics;
 use crate::components::Scene;
+use crate::load;
 use crate::output::write_atomic;
 use crate::shot::{self, Overrides};
-use crate::load;
 
 #[derive(clap::Args)]
 pub struct DumpArguments {

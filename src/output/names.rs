@@ -50,8 +50,7 @@ pub fn resolve(out: Option<&str>, name: &str, sequence: bool, frames: usize) -> 
     if let Some((start, digits)) = hashes {
         let (before, after) = (&out[..start], &out[start + digits..]);
         let after = if after.contains('.') { after.to_string() } else { format!("{after}.png") };
-        return png_only(&after)
-            .map(|()| Target::Pattern { before: before.to_string(), digits, after: after.clone() });
+        return png_only(&after).map(|()| Target::Pattern { before: before.to_string(), digits, after: after.clone() });
     }
     if Path::new(out).extension().is_none() || Path::new(out).is_dir() || out.ends_with('/') {
         return Ok(in_folder(out));

@@ -86,6 +86,10 @@ pub fn open(
     let mut stage = systems::spawn(Arc::unwrap_or_clone(scene))?;
     systems::animate(&mut stage, edits)?;
     let rest = Arc::new(systems::collect(&stage));
+    if rest.entities.len() != stage.entity_count() {
+        // What setup removed leaves no gap in the numbers that frames count by.
+        stage = systems::spawn(Scene::clone(&rest))?;
+    }
     Ok((Shot { name, source, stage, script: Some((program, rest)), overrides }, warnings))
 }
 

@@ -1,0 +1,485 @@
+//! What a script holds: handles into the overlay. Every mistake is answered where it is made.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use ::rhai::{Array, Dynamic, Engine, ImmutableString, Map};
+use glam::{DAffine3, DVec3};
+
+use super::convert::{describe, number, to_dynamic, to_value};
+use super::errors::{Fallible, complain};
+use super::overlay::Overlay;
+use super::random::Generator;
+use crate::base::diagnostics::suggestion;
+use crate::base::limits;
+use crate::components::*;
+
+/// The scene as a script sees it.
+#[derive(Clone)]
+pub struct SceneHandle {
+    overlay: Arc<Mutex<Overlay>>,
+    rng: Generator,
+}
+
+/// The entities of a scene by name: `s.get("hero")`.
+#[derive(Clone)]
+struct Entities(SceneHandle);
+
+/// The materials of a scene by name: `s.material("brass")`.
+#[derive(Clone)]
+struct Materials(SceneHandle);
+
+/// One entity.
+#[derive(Clone)]
+pub struct EntityHandle {
+    scene: SceneHandle,
+    index: usize,
+}
+
+/// Something with fields.
+#[derive(Clone)]
+pub struct RecordHandle {
+    scene: SceneHandle,
+    place: Place,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Place {
+    Camera,
+    Render,
+    Material(usize),
+    Component(usize, Kind),
+}
+
+const TRANSFORM_FIELDS: [&str; 4] = ["translation", "rotation", "scale", "parent"];
+const ANGLES: [(&str, usize); 3] = [("pitch", 0), ("yaw", 1), ("roll", 2)];
+
+impl SceneHandle {
+    pub fn new(overlay: Overlay, seed: u64) -> Self {
+        SceneHandle { overlay: Arc::new(Mutex::new(overlay)), rng: Generator::new(seed) }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Overlay> {
+        self.overlay.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub fn edits(&self) -> Vec<Edit> {
+        self.lock().edits()
+    }
+
+    pub fn camera(&self) -> Camera {
+        self.lock().camera().clone()
+    }
+
+    fn entity(&self, index: usize) -> EntityHandle {
+        EntityHandle { scene: self.clone(), index }
+    }
+
+    fn record(&self, place: Place) -> RecordHandle {
+        RecordHandle { scene: self.clone(), place }
+    }
+
+    pub fn get(&mut self, name: &str) -> Fallible<EntityHandle> {
+        let overlay = self.lock();
+        match overlay.find(name) {
+            Some(index) => {
+                drop(overlay);
+                Ok(self.entity(index))
+            }
+            None => {
+                let names = overlay.names();
+                complain(format!("there is no entity `{name}`"), suggestion(name, names.iter().map(|n| &**n)))
+            }
+        }
+    }
+
+    fn material(&mut self, name: &str) -> Fallible<RecordHandle> {
+        match known_material(&self.lock(), name) {
+            Ok(index) => Ok(self.record(Place::Material(index))),
+            Err(error) => Err(error),
+        }
+    }
+
+    fn add_material(&mut self, name: &str, fields: Map) -> Fallible<RecordHandle> {
+        let mut material = Material::default();
+        let owner = format!("material `{name}`");
+        for (field, value) in &fields {
+            set_field(&mut material, field, value, &owner)?;
+        }
+        checked(&material, &owner)?;
+        let mut overlay = self.lock();
+        if overlay.find_material(name).is_some() {
+            return complain(format!("there is already a material `{name}`"), None);
+        }
+        let index = overlay.add_material(name.into(), material);
+        drop(overlay);
+        Ok(self.record(Place::Material(index)))
+    }
+
+    fn spawn(&mut self, parts: Map) -> Fallible<EntityHandle> {
+        let mut bag = Bag::default();
+        if let Some(name) = parts.get("name") {
+            bag.name = Some(text(name, "`name` of a new entity")?);
+        }
+        let index = {
+            let mut overlay = self.lock();
+            if overlay.count() >= limits::ENTITIES {
+                return complain(format!("more than {} entities", limits::ENTITIES), None);
+            }
+            if let Some(name) = bag.name.as_deref()
+                && overlay.find(name).is_some()
+            {
+                return complain(format!("there is already an entity `{name}`"), None);
+            }
+            overlay.spawn(bag)
+        };
+        let mut entity = self.entity(index);
+        for (key, value) in parts.iter().filter(|(key, _)| *key != "name") {
+            entity.set(key, value.clone())?;
+        }
+        Ok(entity)
+    }
+
+    /// World position of an entity, its parents included; for `rack`.
+    pub fn position(&self, name: &str) -> Fallible<DVec3> {
+        let start = self.clone().get(name)?.index;
+        let overlay = self.lock();
+        let mut placement = DAffine3::IDENTITY;
+        let mut at = Some(start);
+        for _ in 0..limits::HIERARCHY_DEPTH {
+            let Some(index) = at else { break };
+            let Some(Component::Transform(transform)) = overlay.component(index, Kind::Transform) else { break };
+            placement = transform.matrix() * placement;
+            at = transform.parent.as_deref().and_then(|parent| overlay.find(parent));
+        }
+        Ok(placement.translation)
+    }
+}
+
+fn known_material(overlay: &Overlay, name: &str) -> Fallible<usize> {
+    match overlay.find_material(name) {
+        Some(index) => Ok(index),
+        None => {
+            let names = overlay.material_names();
+            complain(format!("there is no material `{name}`"), suggestion(name, names.iter().map(|n| &**n)))
+        }
+    }
+}
+
+fn text(value: &Dynamic, what: &str) -> Fallible<Text> {
+    match value.read_lock::<ImmutableString>() {
+        Some(text) if text.len() <= limits::TEXT_BYTES => Ok(text.as_str().into()),
+        _ => complain(format!("{what}: expected a text, found {}", describe(value)), None),
+    }
+}
+
+fn checked(record: &dyn Record, owner: &str) -> Fallible<()> {
+    record.check().or_else(|invalid| complain(format!("{owner}: {}", invalid.message), None))
+}
+
+/// Sets one field of a record and says what is wrong with it, if anything.
+fn set_field(record: &mut dyn Record, field: &str, value: &Dynamic, owner: &str) -> Fallible<()> {
+    let Some(value) = to_value(value) else {
+        return complain(format!("`{field}` of {owner} cannot hold this"), None);
+    };
+    match record.set(field, &value) {
+        Ok(()) => Ok(()),
+        Err(FieldError::Unknown { known }) => {
+            complain(format!("unknown field `{field}` of {owner}"), suggestion(field, known.iter().copied()))
+        }
+        Err(FieldError::Mismatch(m)) => complain(format!("`{field}` of {owner}: {}", m.message), m.help),
+    }
+}
+
+impl RecordHandle {
+    fn owner(&self) -> String {
+        let overlay = self.scene.lock();
+        match self.place {
+            Place::Camera => "the camera".into(),
+            Place::Render => "the render settings".into(),
+            Place::Material(index) => {
+                overlay.material(index).map_or_else(String::new, |(name, _)| format!("material `{name}`"))
+            }
+            Place::Component(entity, kind) => format!("{} of {}", kind.name(), overlay.label(entity)),
+        }
+    }
+
+    fn get(&mut self, field: &str) -> Fallible<Dynamic> {
+        let overlay = self.scene.lock();
+        let look = |record: &dyn Record| (record.get(field), record.fields());
+        let (value, known) = match self.place {
+            Place::Camera => look(overlay.camera()),
+            Place::Render => look(overlay.render()),
+            Place::Material(index) => overlay.material(index).map_or((None, &[][..]), |(_, m)| look(m)),
+            Place::Component(entity, kind) => {
+                overlay.component(entity, kind).map_or((None, &[][..]), |c| look(c.record()))
+            }
+        };
+        drop(overlay);
+        match value {
+            Some(value) => Ok(to_dynamic(value)),
+            None => complain(
+                format!("unknown field `{field}` of {}", self.owner()),
+                suggestion(field, known.iter().copied()),
+            ),
+        }
+    }
+
+    fn set(&mut self, field: &str, value: Dynamic) -> Fallible<()> {
+        let owner = self.owner();
+        let mut overlay = self.scene.lock();
+        match self.place {
+            Place::Camera => {
+                let mut camera = overlay.camera().clone();
+                set_field(&mut camera, field, &value, &owner)?;
+                if let (Some(Focus::Entity(name)), "focus") = (&camera.focus, field) {
+                    known_entity(&overlay, name)?;
+                }
+                // Position and target may pass through each other on the way: the whole is checked with the frame.
+                overlay.set_camera(camera);
+            }
+            Place::Render => {
+                let mut render = overlay.render().clone();
+                set_field(&mut render, field, &value, &owner)?;
+                checked(&render, &owner)?;
+                overlay.set_render(render);
+            }
+            Place::Material(index) => {
+                let Some((_, material)) = overlay.material(index) else { return Ok(()) };
+                let mut material = material.clone();
+                set_field(&mut material, field, &value, &owner)?;
+                checked(&material, &owner)?;
+                overlay.set_material(index, material);
+            }
+            Place::Component(entity, kind) => {
+                let Some(component) = overlay.component(entity, kind) else {
+                    return complain(format!("{owner} was taken off"), None);
+                };
+                let mut component = component.clone();
+                set_field(component.record_mut(), field, &value, &owner)?;
+                checked(component.record(), &owner)?;
+                known_parent(&overlay, &component)?;
+                overlay.put(entity, component);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn known_entity(overlay: &Overlay, name: &str) -> Fallible<()> {
+    if overlay.find(name).is_some() {
+        return Ok(());
+    }
+    let names = overlay.names();
+    complain(format!("there is no entity `{name}`"), suggestion(name, names.iter().map(|n| &**n)))
+}
+
+fn known_parent(overlay: &Overlay, component: &Component) -> Fallible<()> {
+    match component {
+        Component::Transform(Transform { parent: Some(parent), .. }) => known_entity(overlay, parent),
+        _ => Ok(()),
+    }
+}
+
+impl EntityHandle {
+    fn label(&self) -> String {
+        self.scene.lock().label(self.index)
+    }
+
+    fn alive(&self) -> Fallible<()> {
+        match self.scene.lock().is_gone(self.index) {
+            true => complain(format!("{} was removed", self.label_of_gone()), None),
+            false => Ok(()),
+        }
+    }
+
+    fn label_of_gone(&self) -> String {
+        format!("entity {}", self.index + 1)
+    }
+
+    fn transform(&self) -> Transform {
+        match self.scene.lock().component(self.index, Kind::Transform) {
+            Some(Component::Transform(transform)) => transform.clone(),
+            _ => Transform::default(),
+        }
+    }
+
+    /// The kind of the one light that the entity carries.
+    fn light(&self) -> Option<Kind> {
+        let overlay = self.scene.lock();
+        [Kind::AreaLight, Kind::PointLight].into_iter().find(|kind| overlay.component(self.index, *kind).is_some())
+    }
+
+    fn unknown<T>(&self, property: &str) -> Fallible<T> {
+        let own = TRANSFORM_FIELDS.into_iter().chain(ANGLES.map(|a| a.0)).chain(["color"]);
+        let help = suggestion(property, own.chain(Bag::keys()));
+        complain(format!("unknown property `{property}` of {}", self.label()), help)
+    }
+
+    fn get(&mut self, property: &str) -> Fallible<Dynamic> {
+        self.alive()?;
+        if TRANSFORM_FIELDS.contains(&property) {
+            return Ok(self.transform().get(property).map_or(Dynamic::UNIT, to_dynamic));
+        }
+        if let Some((_, axis)) = ANGLES.iter().find(|(name, _)| *name == property) {
+            return Ok(self.transform().rotation[*axis].into());
+        }
+        if let ("color", Some(kind)) = (property, self.light()) {
+            return self.scene.record(Place::Component(self.index, kind)).get("color");
+        }
+        let overlay = self.scene.lock();
+        match property {
+            "name" => return Ok(overlay.name(self.index).map_or(Dynamic::UNIT, |n| to_dynamic(Value::Text(n)))),
+            "tags" => return Ok(to_dynamic(overlay.tags(self.index).to_vec().to_value())),
+            "material" => {
+                let worn = overlay.component(self.index, Kind::MaterialName);
+                return Ok(worn.and_then(|c| c.record().get("name")).map_or(Dynamic::UNIT, to_dynamic));
+            }
+            _ => {}
+        }
+        let Some(kind) = Kind::parse(property) else {
+            drop(overlay);
+            return self.unknown(property);
+        };
+        let has = overlay.component(self.index, kind).is_some() || kind == Kind::Transform;
+        drop(overlay);
+        if kind == Kind::Transform {
+            let transform = self.transform();
+            self.scene.lock().put(self.index, transform.into());
+        }
+        Ok(if has { Dynamic::from(self.scene.record(Place::Component(self.index, kind))) } else { Dynamic::UNIT })
+    }
+
+    fn set(&mut self, property: &str, value: Dynamic) -> Fallible<()> {
+        self.alive()?;
+        if TRANSFORM_FIELDS.contains(&property) {
+            let mut transform = self.transform();
+            return set_field(&mut transform, property, &value, &self.label())
+                .and_then(|()| self.put(transform.into()));
+        }
+        if let Some((_, axis)) = ANGLES.iter().find(|(name, _)| *name == property) {
+            let mut transform = self.transform();
+            transform.rotation[*axis] = number(&value)?;
+            return self.put(transform.into());
+        }
+        if let ("color", Some(kind)) = (property, self.light()) {
+            return self.scene.record(Place::Component(self.index, kind)).set("color", value);
+        }
+        match property {
+            "name" => return complain("an entity's name cannot be changed", None),
+            "tags" => {
+                let value = to_value(&value).unwrap_or(Value::Unit);
+                return match Vec::<Text>::from_value(&value) {
+                    Ok(tags) => {
+                        self.scene.lock().set_tags(self.index, tags);
+                        Ok(())
+                    }
+                    Err(m) => complain(format!("`tags` of {}: {}", self.label(), m.message), None),
+                };
+            }
+            "material" if !value.is_unit() => {
+                let name = text(&value, &format!("`material` of {}", self.label()))?;
+                known_material(&self.scene.lock(), &name)?;
+                return self.put(MaterialName(name).into());
+            }
+            _ => {}
+        }
+        match Kind::parse(property) {
+            None => self.unknown(property),
+            Some(kind) => self.set_component(kind, value),
+        }
+    }
+
+    /// A component from a map of its fields; `()` takes it off; the handle itself is what nested writes put back.
+    fn set_component(&mut self, kind: Kind, value: Dynamic) -> Fallible<()> {
+        if value.is_unit() {
+            self.scene.lock().take(self.index, kind);
+            return Ok(());
+        }
+        if let Some(handle) = value.clone().try_cast::<RecordHandle>() {
+            if handle.place == Place::Component(self.index, kind) {
+                return Ok(());
+            }
+            let Place::Component(other, other_kind) = handle.place else {
+                return complain(format!("expected a {}", kind.name()), None);
+            };
+            let copied = self.scene.lock().component(other, other_kind).cloned();
+            return match copied.filter(|_| other_kind == kind) {
+                Some(component) => self.put(component),
+                None => complain(format!("expected a {}, found a {}", kind.name(), other_kind.name()), None),
+            };
+        }
+        let owner = format!("{} of {}", kind.name(), self.label());
+        let Some(fields) = value.read_lock::<Map>() else {
+            let help = Some(format!("write {}: #{{ ... }}", kind.name()));
+            return complain(format!("{owner}: expected a map of fields, found {}", describe(&value)), help);
+        };
+        let mut component = kind.default_component();
+        for (field, value) in fields.iter() {
+            set_field(component.record_mut(), field, value, &owner)?;
+        }
+        self.put(component)
+    }
+
+    fn put(&mut self, component: Component) -> Fallible<()> {
+        checked(component.record(), &format!("{} of {}", component.kind().name(), self.label()))?;
+        let mut overlay = self.scene.lock();
+        known_parent(&overlay, &component)?;
+        overlay.put(self.index, component);
+        Ok(())
+    }
+}
+
+pub fn register(engine: &mut Engine) {
+    engine
+        .register_type_with_name::<SceneHandle>("Scene")
+        .register_get("camera", |s: &mut SceneHandle| s.record(Place::Camera))
+        .register_set("camera", |_: &mut SceneHandle, _: RecordHandle| {})
+        .register_get("render", |s: &mut SceneHandle| s.record(Place::Render))
+        .register_set("render", |_: &mut SceneHandle, _: RecordHandle| {})
+        .register_get("rng", |s: &mut SceneHandle| s.rng.clone())
+        .register_fn("get", SceneHandle::get)
+        .register_fn("has", |s: &mut SceneHandle, name: &str| s.lock().find(name).is_some())
+        .register_fn("material", SceneHandle::material)
+        .register_fn("add_material", SceneHandle::add_material)
+        .register_fn("spawn", SceneHandle::spawn)
+        .register_fn("entities", |s: &mut SceneHandle| {
+            let all: Vec<usize> = s.lock().entities().collect();
+            all.into_iter().map(|i| Dynamic::from(s.entity(i))).collect::<Array>()
+        })
+        .register_fn("tagged", |s: &mut SceneHandle, tag: &str| {
+            let overlay = s.lock();
+            let has = |i: &usize| overlay.tags(*i).iter().any(|t| &**t == tag);
+            let all: Vec<usize> = overlay.entities().filter(has).collect();
+            drop(overlay);
+            all.into_iter().map(|i| Dynamic::from(s.entity(i))).collect::<Array>()
+        })
+        .register_fn("despawn", |s: &mut SceneHandle, entity: EntityHandle| -> Fallible<()> {
+            entity.alive()?;
+            s.lock().despawn(entity.index);
+            Ok(())
+        });
+    register_lookups(engine);
+    engine
+        .register_type_with_name::<EntityHandle>("Entity")
+        .register_indexer_get(|e: &mut EntityHandle, property: ImmutableString| e.get(&property))
+        .register_indexer_set(|e: &mut EntityHandle, property: ImmutableString, value: Dynamic| {
+            e.set(&property, value)
+        });
+    engine
+        .register_type_with_name::<RecordHandle>("Component")
+        .register_indexer_get(|r: &mut RecordHandle, field: ImmutableString| r.get(&field))
+        .register_indexer_set(|r: &mut RecordHandle, field: ImmutableString, value: Dynamic| r.set(&field, value));
+}
+
+/// `s.get("hero")` and `s.material("brass")` as what they are read as: index expressions, which can be assigned to.
+fn register_lookups(engine: &mut Engine) {
+    engine
+        .register_get("get", |s: &mut SceneHandle| Entities(s.clone()))
+        .register_set("get", |_: &mut SceneHandle, _: Entities| {})
+        .register_indexer_get(|all: &mut Entities, name: ImmutableString| all.0.get(&name))
+        .register_indexer_set(|_: &mut Entities, _: ImmutableString, _: EntityHandle| {})
+        .register_get("material", |s: &mut SceneHandle| Materials(s.clone()))
+        .register_set("material", |_: &mut SceneHandle, _: Materials| {})
+        .register_indexer_get(|all: &mut Materials, name: ImmutableString| all.0.material(&name))
+        .register_indexer_set(|_: &mut Materials, _: ImmutableString, _: RecordHandle| {});
+}

@@ -1,0 +1,217 @@
+//! What a script has changed so far, over the scene that it started from.
+//!
+//! Reads see earlier writes. In the end the overlay becomes edits in a fixed order, and what was written back to what
+//! it was is no edit.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use rustc_hash::FxHashMap;
+
+use crate::components::*;
+
+/// Names of a scene.
+#[derive(Default)]
+pub struct Index {
+    pub entities: FxHashMap<Text, usize>,
+    pub materials: FxHashMap<Text, usize>,
+}
+
+impl Index {
+    pub fn new(scene: &Scene) -> Self {
+        let named = |(i, bag): (usize, &Bag)| bag.name.clone().map(|name| (name, i));
+        Index {
+            entities: scene.entities.iter().enumerate().filter_map(named).collect(),
+            materials: scene.materials.iter().enumerate().map(|(i, (name, _))| (name.clone(), i)).collect(),
+        }
+    }
+}
+
+pub struct Overlay {
+    rest: Arc<Scene>,
+    index: Arc<Index>,
+    camera: Option<Camera>,
+    render: Option<Render>,
+    materials: BTreeMap<usize, Material>,
+    new_materials: Vec<(Text, Material)>,
+    /// Components that were put (`Some`) or taken off (`None`), of entities of the scene.
+    components: BTreeMap<(usize, Kind), Option<Component>>,
+    tags: BTreeMap<usize, Vec<Text>>,
+    spawned: Vec<Bag>,
+    spawned_names: FxHashMap<Text, usize>,
+    gone: BTreeSet<usize>,
+}
+
+impl Overlay {
+    pub fn new(rest: Arc<Scene>, index: Arc<Index>) -> Self {
+        Overlay {
+            rest,
+            index,
+            camera: None,
+            render: None,
+            materials: BTreeMap::new(),
+            new_materials: Vec::new(),
+            components: BTreeMap::new(),
+            tags: BTreeMap::new(),
+            spawned: Vec::new(),
+            spawned_names: FxHashMap::default(),
+            gone: BTreeSet::new(),
+        }
+    }
+
+    pub fn camera(&self) -> &Camera {
+        self.camera.as_ref().unwrap_or(&self.rest.camera)
+    }
+
+    pub fn set_camera(&mut self, camera: Camera) {
+        self.camera = Some(camera);
+    }
+
+    pub fn render(&self) -> &Render {
+        self.render.as_ref().unwrap_or(&self.rest.render)
+    }
+
+    pub fn set_render(&mut self, render: Render) {
+        self.render = Some(render);
+    }
+
+    pub fn find_material(&self, name: &str) -> Option<usize> {
+        let new = || self.new_materials.iter().position(|(known, _)| &**known == name);
+        self.index.materials.get(name).copied().or_else(|| new().map(|i| self.rest.materials.len() + i))
+    }
+
+    pub fn material_names(&self) -> Vec<Text> {
+        let new = self.new_materials.iter().map(|(name, _)| name.clone());
+        self.rest.materials.iter().map(|(name, _)| name.clone()).chain(new).collect()
+    }
+
+    pub fn material(&self, index: usize) -> Option<(&Text, &Material)> {
+        if let Some((name, rest)) = self.rest.materials.get(index) {
+            return Some((name, self.materials.get(&index).unwrap_or(rest)));
+        }
+        self.new_materials.get(index - self.rest.materials.len()).map(|(name, material)| (name, material))
+    }
+
+    pub fn set_material(&mut self, index: usize, material: Material) {
+        match index.checked_sub(self.rest.materials.len()) {
+            Some(new) => self.new_materials[new].1 = material,
+            None => drop(self.materials.insert(index, material)),
+        }
+    }
+
+    pub fn add_material(&mut self, name: Text, material: Material) -> usize {
+        self.new_materials.push((name, material));
+        self.rest.materials.len() + self.new_materials.len() - 1
+    }
+
+    pub fn find(&self, name: &str) -> Option<usize> {
+        let found = self.spawned_names.get(name).or_else(|| self.index.entities.get(name)).copied();
+        found.filter(|index| !self.gone.contains(index))
+    }
+
+    pub fn names(&self) -> Vec<Text> {
+        self.index.entities.keys().chain(self.spawned_names.keys()).cloned().collect()
+    }
+
+    /// Entities that are there, in authored order.
+    pub fn entities(&self) -> impl Iterator<Item = usize> {
+        (0..self.count()).filter(|index| !self.gone.contains(index))
+    }
+
+    pub fn count(&self) -> usize {
+        self.rest.entities.len() + self.spawned.len()
+    }
+
+    pub fn is_gone(&self, entity: usize) -> bool {
+        self.gone.contains(&entity)
+    }
+
+    fn bag(&self, entity: usize) -> Option<&Bag> {
+        let first = self.rest.entities.len();
+        if entity < first { self.rest.entities.get(entity) } else { self.spawned.get(entity - first) }
+    }
+
+    pub fn name(&self, entity: usize) -> Option<Text> {
+        self.bag(entity)?.name.clone()
+    }
+
+    pub fn label(&self, entity: usize) -> String {
+        self.bag(entity).map_or_else(|| format!("entity {}", entity + 1), |bag| bag.label(entity))
+    }
+
+    pub fn tags(&self, entity: usize) -> &[Text] {
+        self.tags.get(&entity).or(self.bag(entity).map(|bag| &bag.tags)).map_or(&[], |tags| tags)
+    }
+
+    pub fn set_tags(&mut self, entity: usize, tags: Vec<Text>) {
+        match entity.checked_sub(self.rest.entities.len()) {
+            Some(new) => self.spawned[new].tags = tags,
+            None => drop(self.tags.insert(entity, tags)),
+        }
+    }
+
+    pub fn component(&self, entity: usize, kind: Kind) -> Option<&Component> {
+        match self.components.get(&(entity, kind)) {
+            Some(written) => written.as_ref(),
+            None => self.bag(entity)?.get(kind),
+        }
+    }
+
+    pub fn put(&mut self, entity: usize, component: Component) {
+        match entity.checked_sub(self.rest.entities.len()) {
+            Some(new) => self.spawned[new].put(component),
+            None => drop(self.components.insert((entity, component.kind()), Some(component))),
+        }
+    }
+
+    pub fn take(&mut self, entity: usize, kind: Kind) {
+        match entity.checked_sub(self.rest.entities.len()) {
+            Some(new) => drop(self.spawned[new].take(kind)),
+            None => drop(self.components.insert((entity, kind), None)),
+        }
+    }
+
+    pub fn spawn(&mut self, bag: Bag) -> usize {
+        let index = self.count();
+        if let Some(name) = &bag.name {
+            self.spawned_names.insert(name.clone(), index);
+        }
+        self.spawned.push(bag);
+        index
+    }
+
+    pub fn despawn(&mut self, entity: usize) {
+        self.gone.insert(entity);
+    }
+
+    /// The overlay as edits.
+    pub fn edits(&self) -> Vec<Edit> {
+        let mut edits = Vec::new();
+        edits.extend(self.camera.iter().filter(|c| **c != self.rest.camera).cloned().map(Edit::Camera));
+        edits.extend(self.render.iter().filter(|r| **r != self.rest.render).cloned().map(Edit::Render));
+        for (index, material) in &self.materials {
+            if *material != self.rest.materials[*index].1 {
+                edits.push(Edit::Material { index: *index, material: material.clone() });
+            }
+        }
+        let added = self.new_materials.iter().cloned();
+        edits.extend(added.map(|(name, material)| Edit::AddMaterial { name, material }));
+        edits.extend(self.spawned.iter().cloned().map(Edit::Spawn));
+        for ((entity, kind), written) in &self.components {
+            if self.gone.contains(entity) || written.as_ref() == self.rest.entities[*entity].get(*kind) {
+                continue;
+            }
+            edits.push(match written {
+                Some(component) => Edit::Put { entity: *entity, component: component.clone() },
+                None => Edit::Take { entity: *entity, kind: *kind },
+            });
+        }
+        for (entity, tags) in &self.tags {
+            if *tags != self.rest.entities[*entity].tags {
+                edits.push(Edit::Tags { entity: *entity, tags: tags.clone() });
+            }
+        }
+        edits.extend(self.gone.iter().map(|entity| Edit::Despawn { entity: *entity }));
+        edits
+    }
+}
