@@ -39,6 +39,9 @@ pub struct RenderArguments {
     /// Seed of all sampling [default: follows from the camera's pose]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
+    /// Side of the squares that point lights are widened to, over the scene's; gives soft shadows
+    #[arg(long, value_name = "LENGTH")]
+    light_size: Option<f64>,
     /// Worker threads; the pictures do not depend on them [default: one per core]
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     threads: Option<usize>,
@@ -93,6 +96,7 @@ pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
         seed: arguments.seed,
         integrator: arguments.integrator,
         accel: arguments.accel,
+        light_size: arguments.light_size,
         bit_depth: arguments.depth,
     };
     let InputArguments { input, defines, strict } = &arguments.input;

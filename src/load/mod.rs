@@ -4,7 +4,9 @@
 //! and references as data, and meshes are read. Only when something is wrong is the text looked at again, for the
 //! place of every mistake.
 
+pub mod image;
 pub mod mesh;
+pub mod nff;
 pub mod resolve;
 pub mod ron;
 pub mod spans;
@@ -29,6 +31,7 @@ pub fn load_scene(path: &Path, strict: bool) -> Result<(Scene, Diagnostics), Dia
     let name = path.to_string_lossy().into_owned();
     match extension.as_str() {
         "ron" => ron::parse(&files::read_text(path, limits::SCENE_FILE_BYTES)?, &name, &base),
+        "nff" | "p3f" => nff::parse(&files::read_text(path, limits::SCENE_FILE_BYTES)?, &name, &base, strict),
         _ => {
             let known = EXTENSIONS.map(|e| format!(".{e}")).join(", ");
             Err(Diagnostic::error(format!("{name}: not a scene that can be read"))

@@ -16,13 +16,14 @@ use crate::script::Program;
 use crate::systems::{self, Stage};
 
 /// Settings of the command line; they have the last word in every frame.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Overrides {
     pub size: Option<[u32; 2]>,
     pub samples: Option<u32>,
     pub seed: Option<u64>,
     pub integrator: Option<Integrator>,
     pub accel: Option<Accel>,
+    pub light_size: Option<f64>,
     pub bit_depth: Option<u32>,
 }
 
@@ -34,6 +35,7 @@ impl Overrides {
             seed: self.seed.or(render.seed),
             integrator: self.integrator.unwrap_or(render.integrator),
             accel: self.accel.unwrap_or(render.accel),
+            light_size: self.light_size.unwrap_or(render.light_size),
             bit_depth: self.bit_depth.unwrap_or(render.bit_depth),
             ..render
         }

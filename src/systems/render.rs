@@ -8,7 +8,9 @@ use rayon::prelude::*;
 use super::stage::{AccelKey, Stage};
 use super::{extract, hierarchy, lens, lights};
 use crate::base::diagnostics::Diagnostics;
+use crate::components::{Render, Transfer};
 use crate::film::Film;
+use crate::load::image;
 use crate::trace::integrator::{Settings, View, pixel};
 use crate::trace::{Accelerator, Counters, Worker};
 
@@ -49,6 +51,7 @@ pub fn render(
     if !resolved.lens {
         camera = camera.pinhole();
     }
+    surround(stage, &settings)?;
     let (materials, lights) = (extract::materials(stage), lights::lights(stage));
     let Some((_, accelerator)) = &stage.kept.accelerator else { return Ok(None) };
     let view = View {
@@ -57,6 +60,7 @@ pub fn render(
         materials: &materials,
         lights: &lights,
         camera: &camera,
+        environment: settings.environment.as_ref().and(stage.kept.environment.as_ref().map(|(_, sky)| sky)),
         settings: &resolved,
         width: settings.size[0],
     };
@@ -78,6 +82,17 @@ pub fn render(
 /// A focus on an entity that does not exist or does not lie before the camera.
 pub fn check(stage: &Stage) -> Result<(), Diagnostics> {
     lens::camera_rays(stage, stage.settings().size).map(|_| ())
+}
+
+/// Reads the sky that the settings name, unless it is the one that was read last.
+fn surround(stage: &mut Stage, settings: &Render) -> Result<(), Diagnostics> {
+    let Some(folder) = &settings.environment else { return Ok(()) };
+    let key = (folder.clone(), settings.transfer == Transfer::Srgb);
+    if stage.kept.environment.as_ref().is_none_or(|(known, _)| *known != key) {
+        let sky = image::read_cube_map(&stage.base.join(&**folder), key.1)?;
+        stage.kept.environment = Some((key, sky));
+    }
+    Ok(())
 }
 
 /// Builds the accelerator if the columns or its settings changed.

@@ -9,6 +9,7 @@ use rustc_hash::FxHashMap;
 use crate::base::diagnostics::Diagnostic;
 use crate::components::entity::every_kind;
 use crate::components::*;
+use crate::trace::environment::CubeMap;
 use crate::trace::{Accelerator, Geometry};
 
 /// Position of an entity in the authored order.
@@ -49,6 +50,8 @@ pub struct Stage {
 pub(super) struct Kept {
     pub geometry: Arc<Geometry>,
     pub accelerator: Option<(AccelKey, Accelerator)>,
+    /// The sky that was read last, by its folder and whether its values were decoded to linear light.
+    pub environment: Option<((Text, bool), CubeMap)>,
     /// Placements may be out of date.
     pub stale_hierarchy: bool,
     /// Columns of primitives may be out of date.

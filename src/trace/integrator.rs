@@ -7,6 +7,7 @@
 use glam::Vec3;
 
 use super::camera::CameraRays;
+use super::environment::CubeMap;
 use super::lights::Light;
 use super::sampler::{Domain, Node, Sampler};
 use super::surfacing::{Surfacing, fresnel, reflect, refract};
@@ -72,6 +73,8 @@ pub struct View<'a> {
     pub materials: &'a [Surfacing],
     pub lights: &'a [Light],
     pub camera: &'a CameraRays,
+    /// Takes the place of the background colour.
+    pub environment: Option<&'a CubeMap>,
     pub settings: &'a Settings,
     pub width: u32,
 }
@@ -125,8 +128,8 @@ impl Path<'_> {
         color
     }
 
-    fn background(&self, _direction: Vec3) -> Vec3 {
-        self.view.settings.background
+    fn background(&self, direction: Vec3) -> Vec3 {
+        self.view.environment.map_or(self.view.settings.background, |sky| sky.lookup(direction))
     }
 
     /// Light that arrives straight from the lights. `surface` faces the ray.

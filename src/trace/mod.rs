@@ -3,10 +3,12 @@
 //! No I/O, no entities, no `dyn` in an inner loop, `f32` throughout. [`geometry`] holds the primitives as columns,
 //! [`shapes`] the tests of single ones, [`accel`] finds the nearest along a ray, and whatever finds it, the answer is
 //! the same to the bit. [`surface`] says where a hit is and how exactly that is known. [`integrator`] is the recursion
-//! over [`lights`], [`surfacing`] (materials) and [`camera`] rays, fed by the stateless [`sampler`].
+//! over [`lights`], [`surfacing`] (materials) and [`camera`] rays in an
+//! [`environment`], fed by the stateless [`sampler`].
 
 pub mod accel;
 pub mod camera;
+pub mod environment;
 pub mod geometry;
 pub mod integrator;
 pub mod lights;

@@ -12,7 +12,7 @@ use serde::Deserialize;
 use serde::de::{Error as _, MapAccess, Visitor};
 
 use super::resolve::{self, Problem};
-use super::{mesh, spans};
+use super::{image, mesh, spans};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place};
 use crate::components::*;
 
@@ -76,11 +76,20 @@ pub fn parse(text: &str, file: &str, base: &Path) -> Result<(Scene, Diagnostics)
     let mut problems = resolve::check(&scene);
     if problems.is_empty() {
         problems = mesh::load_all(&mut scene);
+        problems.extend(sky_problem(&scene));
     }
     if problems.is_empty() {
         return Ok((scene, Diagnostics::default()));
     }
     Err(placed(text, file, problems))
+}
+
+/// What is wrong with the cube map that a scene names.
+fn sky_problem(scene: &Scene) -> Option<Problem> {
+    let folder = scene.render.environment.as_ref()?;
+    let problem = image::read_cube_map(&scene.base.join(&**folder), false).err()?;
+    let path = vec![resolve::key("render"), resolve::key("environment")];
+    Some(Problem::new(path, problem.message).help(problem.help))
 }
 
 /// Problems of a scene with their places in its text.
