@@ -23,7 +23,8 @@ record! {
         pub specular: f64 = 0.0,
         /// Exponent of the highlight, 0 and up; larger is smaller and sharper.
         pub shininess: f64 = 20.0,
-        /// Weight of the mirror image; `specular` unless given, as in the ancestors.
+        /// Weight of the mirror image; `specular` unless given, as in the ancestors. Transparent surfaces reflect what
+        /// the setting `fresnel` says instead.
         pub reflection: Option<f64> = None,
         /// Gloss: how far mirror rays are spread, as the radius of the sphere around the tip of the unit mirror ray.
         pub gloss: f64 = 0.0,

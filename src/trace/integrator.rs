@@ -256,7 +256,6 @@ impl Path<'_> {
         let reflected = match refracted {
             None if model == Fresnel::Off => (material.reflection + material.transmission).min(1.0),
             None => 1.0,
-            Some(_) if material.reflection == 0.0 => 0.0,
             Some(_) if model == Fresnel::Off => material.reflection,
             Some(_) => fresnel(model, -ray.direction.dot(normal), eta),
         };

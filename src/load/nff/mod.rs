@@ -367,7 +367,7 @@ impl Reader<'_> {
             self.scene.entities.push(Bag::new([light]));
         }
         let render = &mut self.scene.render;
-        (render.max_depth, render.fresnel) = if self.p3f { (6, Fresnel::Exact) } else { (5, Fresnel::Off) };
+        render.max_depth = if self.p3f { 6 } else { 5 };
         if !self.has_camera {
             let missing = Diagnostic::warning("the file has no camera (`v`); a default one is used");
             self.push(missing.at(Place::file(self.file)));

@@ -34,7 +34,7 @@ fn the_core_records() {
         quiet(&format!("b 0.1 0.2 0.3\n{VIEW}l 1 2 3\nl 1 2 3 0.5 0.5 0.5\nf 1 0 0 0.5 0.25 9 0.5 1.5\ns 1 2 3 4\n"));
     assert_eq!(scene.render.background, DVec3::new(0.1, 0.2, 0.3));
     assert_eq!((scene.render.size, scene.camera.fov), ([200, 100], 90.0));
-    assert_eq!((scene.render.fresnel, scene.render.max_depth, scene.render.samples), (Fresnel::Off, 5, 1));
+    assert_eq!((scene.render.max_depth, scene.render.samples), (5, 1));
     let material = &scene.materials[0].1;
     assert_eq!((material.diffuse, material.specular, material.shininess), (0.5, 0.25, 9.0));
     assert_eq!((material.transmission, material.ior), (0.5, 1.5));
@@ -85,7 +85,7 @@ fn p3f_lens_and_materials() {
     // At distance 8 and 90 degrees the view plane is 16 high: a pixel is 0.16.
     assert!((scene.camera.aperture - 1.6).abs() < 1e-9);
     assert_eq!(scene.camera.focus_distance, Some(12.0));
-    assert_eq!((scene.render.fresnel, scene.render.max_depth, scene.render.accel), (Fresnel::Exact, 6, Accel::Grid));
+    assert_eq!((scene.render.max_depth, scene.render.accel), (6, Accel::Grid));
     assert_eq!((scene.render.samples, scene.render.strata()), (17, 4));
     let material = &scene.materials[0].1;
     assert_eq!((material.specular_color, material.gloss), (DVec3::Y, 0.25));
