@@ -251,9 +251,12 @@ pub fn register(engine: &mut Engine) {
     trigonometry(engine);
 }
 
+type OfOne = fn(f64) -> f64;
+type OfTwo = fn(f64, f64) -> f64;
+
 /// Mathematics that gives the same bits everywhere, in place of what Rhai takes from the system.
 fn trigonometry(engine: &mut Engine) {
-    let functions: [(&str, fn(f64) -> f64); 15] = [
+    let functions: [(&str, OfOne); 15] = [
         ("sin", libm::sin),
         ("cos", libm::cos),
         ("tan", libm::tan),
@@ -274,7 +277,7 @@ fn trigonometry(engine: &mut Engine) {
         engine.register_fn(name, function);
         engine.register_fn(name, move |x: i64| function(x as f64));
     }
-    let pairs: [(&str, fn(f64, f64) -> f64); 3] = [("pow", libm::pow), ("atan", libm::atan2), ("hypot", libm::hypot)];
+    let pairs: [(&str, OfTwo); 3] = [("pow", libm::pow), ("atan", libm::atan2), ("hypot", libm::hypot)];
     for (name, function) in pairs {
         engine.register_fn(name, move |x: Dynamic, y: Dynamic| -> Fallible<f64> {
             Ok(function(number(&x)?, number(&y)?))

@@ -202,7 +202,7 @@ fn a_script_stays_in_its_sandbox() {
     let message = open(deep, &[]).unwrap().frame(&scene(), 1).unwrap_err().to_string();
     assert!(message.contains("too deep"), "{message}");
     said("let a = []; loop { a.push(a); }", &["too large"]);
-    said("let t = \"x\"; loop { t += t; }", &["too long"]);
+    said("let t = \"x\"; loop { t += t; }", &["too large"]);
 }
 
 proptest! {

@@ -153,7 +153,7 @@ impl<'a> Extraction<'a> {
         let mut last: (Option<&Text>, u32) = (None, default_material);
         for (order, shape, placement, motion, worn) in found {
             let mut map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
-            if map.matrix3.determinant() == 0.0 || map.to_cols_array().iter().any(|x| !(x.abs() <= FARTHEST)) {
+            if map.matrix3.determinant() == 0.0 || !map.to_cols_array().iter().all(|x| x.abs() <= FARTHEST) {
                 let message = format!("{} is scaled to nothing or beyond reach", stage.label(order.0 as usize));
                 return Err(Diagnostic::error(message).into());
             }

@@ -112,12 +112,11 @@ impl Grid {
             return;
         }
         worker.next_ray();
-        let mut cell = self.cell_of(probe.origin + probe.direction * enter);
-        let walk = Walk::new(self, probe);
+        let mut walk = Walk::new(self, probe, self.cell_of(probe.origin + probe.direction * enter));
         loop {
             worker.counters.steps += 1;
-            let index = self.index(cell);
-            for n in &self.members[self.starts[index] as usize..self.starts[index + 1] as usize] {
+            let list = self.starts[walk.index] as usize..self.starts[walk.index + 1] as usize;
+            for n in &self.members[list] {
                 if worker.is_new(*n) {
                     worker.counters.intersection_tests += 1;
                     geometry.test(*n, probe, best);
@@ -126,65 +125,84 @@ impl Grid {
             if ANY && best.found {
                 return;
             }
-            let (axis, leave) = walk.leave(cell);
-            if best.t + self.slack < leave || !walk.step(axis, &mut cell, self.cells) {
+            if !walk.step(best.t + self.slack) {
                 return;
             }
         }
     }
 }
 
-/// The planes between cells as the ray meets them: distance = start + plane * pitch on each axis.
+/// Where a ray is among the cells, and the planes between them as it meets them.
 struct Walk {
-    start: Vec3,
-    pitch: Vec3,
-    /// Whether the ray moves up the axis.
-    up: [bool; 3],
+    /// Position of the cell in the grid's lists.
+    index: usize,
+    /// What a step along each axis adds to it.
+    stride: [usize; 3],
+    /// Steps along each axis that stay inside the grid.
+    left: [u32; 3],
+    /// Distance to the plane where the ray leaves the cell along each axis: start + plane * pitch.
+    next: [f32; 3],
+    start: [f32; 3],
+    pitch: [f32; 3],
+    plane: [f32; 3],
+    /// What a step adds to the number of the plane: 1 or -1.
+    toward: [f32; 3],
 }
 
 impl Walk {
-    fn new(grid: &Grid, probe: &Probe) -> Self {
+    #[inline]
+    fn new(grid: &Grid, probe: &Probe, cell: [u32; 3]) -> Self {
+        let strides = [1, grid.cells[0] as usize, grid.cells[0] as usize * grid.cells[1] as usize];
         let mut walk = Walk {
-            start: (grid.bounds.min - probe.origin) * probe.inverse,
-            pitch: grid.cell_size * probe.inverse,
-            up: std::array::from_fn(|axis| probe.direction[axis] > 0.0),
+            index: grid.index(cell),
+            stride: strides,
+            left: [0; 3],
+            next: [f32::INFINITY; 3],
+            start: ((grid.bounds.min - probe.origin) * probe.inverse).to_array(),
+            pitch: (grid.cell_size * probe.inverse).to_array(),
+            plane: [0.0; 3],
+            toward: [1.0; 3],
         };
         for axis in 0..3 {
-            if probe.direction[axis] == 0.0 {
+            let d = probe.direction[axis];
+            if d == 0.0 {
                 // Never left along this axis.
-                walk.start[axis] = f32::INFINITY;
-                walk.pitch[axis] = 0.0;
+                continue;
             }
+            if d > 0.0 {
+                walk.plane[axis] = (cell[axis] + 1) as f32;
+                walk.left[axis] = grid.cells[axis] - 1 - cell[axis];
+            } else {
+                walk.plane[axis] = cell[axis] as f32;
+                walk.left[axis] = cell[axis];
+                walk.stride[axis] = strides[axis].wrapping_neg();
+                walk.toward[axis] = -1.0;
+            }
+            walk.next[axis] = walk.start[axis] + walk.plane[axis] * walk.pitch[axis];
         }
         walk
     }
 
-    /// The axis along which the ray leaves the cell first, and the distance there.
+    /// Moves on to the next cell; false at the edge of the grid, or where that cell begins beyond `limit`.
     #[inline]
-    fn leave(&self, cell: [u32; 3]) -> (usize, f32) {
-        let plane = |axis: usize| self.start[axis] + (cell[axis] + u32::from(self.up[axis])) as f32 * self.pitch[axis];
-        let t = [plane(0), plane(1), plane(2)];
-        let axis = if t[0] <= t[1] && t[0] <= t[2] {
+    fn step(&mut self, limit: f32) -> bool {
+        let [x, y, z] = self.next;
+        let axis = if x <= y && x <= z {
             0
-        } else if t[1] <= t[2] {
+        } else if y <= z {
             1
         } else {
             2
         };
-        (axis, t[axis])
-    }
-
-    /// Moves on to the next cell; false at the edge of the grid.
-    #[inline]
-    fn step(&self, axis: usize, cell: &mut [u32; 3], cells: [u32; 3]) -> bool {
-        if self.up[axis] {
-            cell[axis] += 1;
-            cell[axis] < cells[axis]
-        } else {
-            let inside = cell[axis] > 0;
-            cell[axis] = cell[axis].wrapping_sub(1);
-            inside
+        if limit < self.next[axis] || self.left[axis] == 0 {
+            return false;
         }
+        self.left[axis] -= 1;
+        self.index = self.index.wrapping_add(self.stride[axis]);
+        self.plane[axis] += self.toward[axis];
+        // From the start each time: a running sum would drift over a thousand cells.
+        self.next[axis] = self.start[axis] + self.plane[axis] * self.pitch[axis];
+        true
     }
 }
 
