@@ -6,7 +6,7 @@ use super::{Exit, print, usage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::{files, limits};
 use crate::compare::{Picture, difference, difference_picture};
-use crate::output::{png, write_atomic};
+use crate::output::{read_notes, write_atomic};
 
 #[derive(clap::Args)]
 pub struct DiffArguments {
@@ -86,7 +86,7 @@ pub fn info(arguments: InfoArguments) -> Result<Exit, Diagnostics> {
     let path = &arguments.picture;
     let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
     let (size, notes) =
-        png::read_notes(&bytes).ok_or_else(|| Diagnostic::error(format!("{}: not a PNG picture", path.display())))?;
+        read_notes(&bytes).ok_or_else(|| Diagnostic::error(format!("{}: not a PNG picture", path.display())))?;
     print(&format!("Size: {}x{}\n", size[0], size[1]));
     notes.iter().for_each(|(keyword, text)| print(&format!("{keyword}: {text}\n")));
     Ok(Exit::Done)

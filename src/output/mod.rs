@@ -4,7 +4,9 @@
 //! under its final name only when it is whole.
 
 pub mod names;
-pub mod png;
+mod png;
+
+pub use png::{Notes, encode_png, read_notes, settings_note};
 
 use std::io::Write;
 use std::path::Path;

@@ -27,7 +27,7 @@ pub fn settings_note(render: &Render) -> String {
 ///
 /// # Errors
 /// Only a note that PNG cannot hold.
-pub fn encode(film: &Film, render: &Render, notes: &Notes) -> Result<Vec<u8>, EncodingError> {
+pub fn encode_png(film: &Film, render: &Render, notes: &Notes) -> Result<Vec<u8>, EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, film.width, film.height);
     encoder.set_color(ColorType::Rgb);
@@ -68,8 +68,8 @@ mod tests {
         let notes: Notes = vec![("Frame".into(), "7".into()), ("Source".into(), "schön.rhai".into())];
         for (bit_depth, expected) in [(8, [0u32, 128, 255]), (16, [0, 32768, 65535])] {
             let render = Render { bit_depth, transfer: Transfer::Linear, ..Render::default() };
-            let bytes = encode(&film, &render, &notes).unwrap();
-            assert_eq!(bytes, encode(&film, &render, &notes).unwrap());
+            let bytes = encode_png(&film, &render, &notes).unwrap();
+            assert_eq!(bytes, encode_png(&film, &render, &notes).unwrap());
             assert_eq!(read_notes(&bytes), Some(([2, 1], notes.clone())));
             let picture = image::load_from_memory(&bytes).unwrap();
             let first = match bit_depth {

@@ -37,6 +37,47 @@ impl Source {
         }
     }
 
+    /// A likely place for an error that Rhai gives none: the function that calls itself, the loop without a body, or
+    /// else the function that was called.
+    fn place_without_position(&self, error: &EvalAltResult, called: &str) -> Place {
+        let likely = match error {
+            EvalAltResult::ErrorStackOverflow(_) => self.recursion(),
+            EvalAltResult::ErrorTooManyOperations(_) => self.empty_loop(),
+            _ => None,
+        };
+        let called =
+            || self.functions().find(|(_, name, _)| *name == called).map(|(at, name, _)| (at, at + 3 + name.len()));
+        match likely.or_else(called) {
+            Some((start, end)) => Place::of_span(self.file.clone(), &self.text, start, end),
+            None => Place::file(self.file.clone()),
+        }
+    }
+
+    /// Where each function starts, its name, and the text from there to the next one.
+    fn functions(&self) -> impl Iterator<Item = (usize, &str, &str)> {
+        let starts = self.text.match_indices("fn ").map(|(at, _)| at);
+        let ends = self.text.match_indices("fn ").map(|(at, _)| at).skip(1).chain([self.text.len()]);
+        starts.zip(ends).map(|(at, end)| {
+            let name = self.text[at + 3..end].split('(').next().unwrap_or("");
+            (at, name, &self.text[at..end])
+        })
+    }
+
+    fn recursion(&self) -> Option<(usize, usize)> {
+        let calls_itself = |(_, name, text): &(usize, &str, &str)| text[3 + name.len()..].contains(&format!("{name}("));
+        self.functions().find(calls_itself).map(|(at, name, _)| (at, at + 3 + name.len()))
+    }
+
+    fn empty_loop(&self) -> Option<(usize, usize)> {
+        self.text.match_indices('{').find_map(|(at, _)| {
+            let before = self.text[..at].trim_end();
+            let line = before.rfind('\n').map_or(0, |i| i + 1);
+            let word = ["loop", "while"].iter().find_map(|word| before[line..].rfind(word))?;
+            let is_empty = self.text[at + 1..].trim_start().starts_with('}');
+            is_empty.then_some((line + word, at + 1))
+        })
+    }
+
     /// Where the header names the scene.
     pub fn place_of_scene(&self, name: &str) -> Place {
         let quoted = format!("\"{name}\"");
@@ -66,13 +107,17 @@ impl Source {
     /// An error of Rhai as a diagnostic; `frame` is the frame that was evaluated.
     pub fn diagnose(&self, error: EvalAltResult, frame: Option<u32>) -> Diagnostics {
         let inner = error.unwrap_inner();
-        let at = if inner.position().is_none() { error.position() } else { inner.position() };
+        let at = deepest_position(&error);
         let (message, help) = self.words(inner);
+        let place = match at.is_none() {
+            true => self.place_without_position(inner, if frame.is_some() { "frame" } else { "setup" }),
+            false => self.place(at),
+        };
         let message = match frame {
             Some(number) => format!("in frame {number}: {message}"),
             None => message,
         };
-        let diagnostic = Diagnostic::error(message).at(self.place(at));
+        let diagnostic = Diagnostic::error(message).at(place);
         match help {
             Some(help) => diagnostic.help(help),
             None => diagnostic,
@@ -124,6 +169,17 @@ impl Source {
 
     fn words_of_text(&self) -> impl Iterator<Item = &str> {
         self.text.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|word| word.len() > 1)
+    }
+}
+
+/// The innermost place in a chain of calls.
+fn deepest_position(error: &EvalAltResult) -> Position {
+    match error {
+        EvalAltResult::ErrorInFunctionCall(.., inner, at) | EvalAltResult::ErrorInModule(_, inner, at) => {
+            let inner = deepest_position(inner);
+            if inner.is_none() { *at } else { inner }
+        }
+        other => other.position(),
     }
 }
 

@@ -10,8 +10,7 @@ use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::components::Render;
 use crate::film::Film;
 use crate::output::names::Target;
-use crate::output::png::{self, Notes};
-use crate::output::write_atomic;
+use crate::output::{Notes, encode_png, settings_note, write_atomic};
 use crate::systems::{self, FrameStats};
 
 /// What happens while a shot is rendered.
@@ -115,7 +114,7 @@ fn write_all(
 ) -> Result<(), Diagnostic> {
     for exposed in frames {
         let file = target.path(exposed.frame);
-        let written = png::encode(&exposed.film, &exposed.render, &notes(&exposed, source))
+        let written = encode_png(&exposed.film, &exposed.render, &notes(&exposed, source))
             .map_err(|e| Diagnostic::error(format!("cannot encode {}: {e}", file.display())).because(Cause::Io))
             .and_then(|bytes| write_atomic(&file, &bytes));
         if let Err(problem) = written {
@@ -136,6 +135,6 @@ fn notes(exposed: &Exposed, source: &str) -> Notes {
         note("Source", source.into()),
         note("Frame", exposed.frame.to_string()),
         note("Seed", exposed.stats.seed.to_string()),
-        note("Settings", png::settings_note(&exposed.render)),
+        note("Settings", settings_note(&exposed.render)),
     ]
 }

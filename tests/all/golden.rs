@@ -21,7 +21,8 @@ fn show(name: &str, frames: u32) {
         golden::check(&desk.path("frames").join(&file), &golden, &root.join("target/golden"), bless).err()
     };
     let failures: Vec<String> = (1..=frames).filter_map(check).collect();
-    assert!(failures.is_empty(), "\n{}", failures.join("\n"));
+    let first = failures.iter().take(5).cloned().collect::<Vec<_>>().join("\n");
+    assert!(failures.is_empty(), "{} of {frames} frames:\n{first}", failures.len());
     assert!(!desk.exists(&format!("frames/{name}.{:04}.png", frames + 1)));
 }
 

@@ -9,28 +9,32 @@ use crate::components::*;
 use crate::load::spans::{self, Child, Node};
 
 /// All mistakes of a text that could not be read; `first` is what serde said of it.
-pub fn explain(text: &str, file: &str, first: &SpannedError) -> Diagnostics {
+///
+/// With them comes the scene as far as it could be read, so that its values and references can be judged too.
+pub fn explain(text: &str, file: &str, first: &SpannedError) -> (Diagnostics, Option<Scene>) {
     let tree = match spans::parse(text) {
         Ok(tree) => tree,
         Err(broken) => {
             let place = Place::of_span(file, text, broken.at, broken.at + 1);
-            return Diagnostic::error(broken.message).at(place).into();
+            return (Diagnostic::error(broken.message).at(place).into(), None);
         }
     };
-    let mut look = Look { text, file, found: Diagnostics::default() };
+    let mut look = Look { text, file, found: Diagnostics::default(), scene: Scene::default() };
     look.scene(&tree);
     if look.found.0.is_empty() {
         let start = &first.span.start;
         let place = Place::of_position(file, text, start.line as u32, start.col as u32);
         look.found.push(Diagnostic::error(plain(&first.code)).at(place));
     }
-    look.found
+    (look.found, Some(look.scene))
 }
 
 struct Look<'a> {
     text: &'a str,
     file: &'a str,
     found: Diagnostics,
+    /// What could be read; a piece that could not is left at its default.
+    scene: Scene,
 }
 
 impl Look<'_> {
@@ -50,8 +54,8 @@ impl Look<'_> {
         for child in self.fields(tree, "the scene", &SECTIONS) {
             let node = &child.value;
             match child.key.as_deref() {
-                Some("camera") => self.record::<Camera>(node, "camera", &Camera::default()),
-                Some("render") => self.record::<Render>(node, "render", &Render::default()),
+                Some("camera") => self.scene.camera = self.record::<Camera>(node, "camera").unwrap_or_default(),
+                Some("render") => self.scene.render = self.record::<Render>(node, "render").unwrap_or_default(),
                 Some("materials") => self.materials(node),
                 Some("entities") => self.entities(node),
                 _ => {}
@@ -83,7 +87,6 @@ impl Look<'_> {
     }
 
     fn materials(&mut self, node: &Node) {
-        let mut names: Vec<&str> = Vec::new();
         for child in &node.children {
             let name = child.key.as_deref().unwrap_or("");
             if child.key.is_none() || !self.text[child.key_start..].starts_with('"') {
@@ -91,11 +94,11 @@ impl Look<'_> {
                 self.report((child.value.start, child.value.end), "a material needs a name in quotes".into(), help);
                 continue;
             }
-            if names.contains(&name) {
+            if self.scene.material_index(name).is_some() {
                 self.report((child.key_start, child.key_end), format!("two materials are called `{name}`"), None);
             }
-            names.push(name);
-            self.record::<Material>(&child.value, &format!("material `{name}`"), &Material::default());
+            let material = self.record::<Material>(&child.value, &format!("material `{name}`"));
+            self.scene.materials.push((name.into(), material.unwrap_or_default()));
         }
     }
 
@@ -106,65 +109,77 @@ impl Look<'_> {
                 Some(name) => format!("entity {}", &self.text[name.value.start..name.value.end].replace('"', "`")),
                 None => format!("entity {}", index + 1),
             };
+            let mut bag = Bag::default();
             for child in self.fields(&entity.value, &owner, &keys) {
-                self.component(child, &owner);
+                match child.key.as_deref().unwrap_or("") {
+                    "name" => bag.name = self.word(child, &owner, "a text in quotes"),
+                    "tags" => bag.tags = self.word(child, &owner, "a list of texts").unwrap_or_default(),
+                    name => {
+                        let Some(kind) = Kind::parse(name) else { continue };
+                        let component = self.component(kind, &child.value, &owner);
+                        component.into_iter().for_each(|component| bag.put(component));
+                    }
+                }
             }
+            self.scene.entities.push(bag);
         }
     }
 
-    fn component(&mut self, child: &Child, owner: &str) {
-        let name = child.key.as_deref().unwrap_or("");
-        let node = &child.value;
-        let source = &self.text[node.start..node.end];
-        let Some(kind) = Kind::parse(name) else {
-            let right = match name {
-                "tags" => options().from_str::<Vec<Text>>(source).is_ok(),
-                _ => options().from_str::<Text>(source).is_ok(),
-            };
-            if !right {
-                let expected = if name == "tags" { "a list of texts" } else { "a text in quotes" };
-                self.report((node.start, node.end), format!("`{name}` of {owner}: expected {expected}"), None);
-            }
-            return;
-        };
+    /// A value without fields of its own.
+    fn word<T: DeserializeOwned>(&mut self, child: &Child, owner: &str, expected: &str) -> Option<T> {
+        let (start, end) = (child.value.start, child.value.end);
+        let read = options().from_str::<T>(&self.text[start..end]);
+        if read.is_err() {
+            let name = child.key.as_deref().unwrap_or("");
+            self.report((start, end), format!("`{name}` of {owner}: expected {expected}"), None);
+        }
+        read.ok()
+    }
+
+    fn component(&mut self, kind: Kind, node: &Node, owner: &str) -> Option<Component> {
         let read = |text: &str| {
             let mut deserializer = ::ron::Deserializer::from_str_with_options(text, &options())?;
             let component = kind.deserialize(&mut deserializer).map_err(|e| deserializer.span_error(e))?;
             deserializer.end().map_err(|e| deserializer.span_error(e))?;
             Ok(component)
         };
-        let owner = format!("`{name}` of {owner}");
+        let owner = format!("`{}` of {owner}", kind.name());
         if kind == Kind::MaterialName {
-            if read(source).is_err() {
+            let component = read(&self.text[node.start..node.end]);
+            if component.is_err() {
                 let message = format!("{owner}: expected the name of a material in quotes");
                 self.report((node.start, node.end), message, None);
             }
-            return;
+            return component.ok();
         }
-        let default = kind.default_component();
-        self.record_with(node, &owner, default.record(), |text| read(text).map(|_| ()));
+        self.fields_of(node, &owner, kind.default_component().record(), read)
     }
 
-    fn record<T: DeserializeOwned>(&mut self, node: &Node, owner: &str, default: &dyn Record) {
-        self.record_with(node, owner, default, |text| options().from_str::<T>(text).map(|_| ()));
+    fn record<T: DeserializeOwned + Default + Record>(&mut self, node: &Node, owner: &str) -> Option<T> {
+        self.fields_of(node, owner, &T::default(), |text| options().from_str::<T>(text))
     }
 
-    /// Reads each field of a record on its own; `default` tells what each one should look like.
-    fn record_with(
+    /// Reads a record, or each field of it on its own; `default` tells what each one should look like.
+    fn fields_of<T>(
         &mut self,
         node: &Node,
         owner: &str,
         default: &dyn Record,
-        read: impl Fn(&str) -> Result<(), SpannedError>,
-    ) {
-        if read(&self.text[node.start..node.end]).is_ok() {
-            return;
+        read: impl Fn(&str) -> Result<T, SpannedError>,
+    ) -> Option<T> {
+        if let Ok(whole) = read(&self.text[node.start..node.end]) {
+            return Some(whole);
         }
         let before = self.found.0.len();
+        let mut good = Vec::new();
         for child in self.fields(node, owner, default.fields()) {
             let name = child.key.as_deref().unwrap_or("");
             let source = &self.text[child.value.start..child.value.end];
-            let Err(error) = read(&format!("({name}: {source})")) else { continue };
+            let field = format!("{name}: {source}");
+            let Err(error) = read(&format!("({field})")) else {
+                good.push(field);
+                continue;
+            };
             let (message, help) = wrong_value(name, owner, source, default.get(name), &error.code);
             self.report((child.value.start, child.value.end), message, help);
         }
@@ -172,6 +187,7 @@ impl Look<'_> {
             let help = Some(format!("write it as ({}: ...)", default.fields().first().unwrap_or(&"")));
             self.report((node.start, node.end), format!("{owner}: expected fields in round brackets"), help);
         }
+        read(&format!("({})", good.join(", "))).ok()
     }
 }
 

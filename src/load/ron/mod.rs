@@ -69,7 +69,13 @@ impl<'de> Deserialize<'de> for Materials {
 pub fn parse(text: &str, file: &str, base: &Path) -> Result<(Scene, Diagnostics), Diagnostics> {
     let read = match options().from_str::<SceneFile>(text) {
         Ok(read) => read,
-        Err(error) => return Err(explain::explain(text, file, &error)),
+        Err(error) => {
+            let (mut found, scene) = explain::explain(text, file, &error);
+            // A piece that could not be read is at its default, which is right: what is wrong here was read.
+            let problems = scene.map_or(Vec::new(), |scene| resolve::check(&scene));
+            found.0.extend(placed(text, file, problems).0);
+            return Err(in_order(found));
+        }
     };
     let SceneFile { camera, render, materials, entities } = read;
     let mut scene = Scene { camera, render, materials: materials.0, entities, base: base.to_path_buf() };
@@ -103,9 +109,12 @@ fn placed(text: &str, file: &str, problems: Vec<Problem>) -> Diagnostics {
             None => diagnostic.at(Place::file(file)),
         }
     };
-    let mut all: Vec<Diagnostic> = problems.into_iter().map(diagnostic).collect();
-    all.sort_by_key(|d| d.place.as_ref().map_or((0, 0), |p| (p.line, p.column)));
-    Diagnostics(all)
+    in_order(Diagnostics(problems.into_iter().map(diagnostic).collect()))
+}
+
+fn in_order(mut all: Diagnostics) -> Diagnostics {
+    all.0.sort_by_key(|d| d.place.as_ref().map_or((0, 0), |p| (p.line, p.column)));
+    all
 }
 
 #[cfg(test)]

@@ -93,6 +93,10 @@ fn each_kind_of_mistake_has_its_words() {
 fn several_mistakes_are_reported_at_once() {
     let text = "(\n camera: (fovv: 1),\n entities: [\n (sphere: (radius: x)),\n (cone: (apex: 1)),\n ])";
     said(text, &["a.ron:2:11", "a.ron:4:20", "a.ron:5:16"]);
+
+    // A field that cannot be read does not hide a value out of range, nor a reference to nothing.
+    let text = "(\n camera: (fov: 200),\n entities: [\n (sphere: (raduis: 1)),\n (material: \"gone\"),\n ])";
+    said(text, &["a.ron:2:16", "a.ron:4:12", "a.ron:5:13"]);
 }
 
 proptest! {
