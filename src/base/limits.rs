@@ -49,18 +49,24 @@ pub const GRID_CELLS: u64 = 1 << 27;
 /// Cells along one axis of the uniform grid: the walk's cost grows with it.
 pub const GRID_SIDE: u32 = 1_024;
 
-/// Operations of one script function call (`setup` or one `frame`): some seconds of interpretation.
-pub const SCRIPT_OPERATIONS: u64 = 50_000_000;
+/// Operations of one script function call (`setup` or one `frame`): about half a second of interpretation.
+pub const SCRIPT_OPERATIONS: u64 = 10_000_000;
+/// Seconds of one script function call, however few its operations: a backstop for operations that are slow, far above
+/// what `SCRIPT_OPERATIONS` plain ones take on a slow machine, so that it decides nothing but failures.
+pub const SCRIPT_SECONDS: u64 = 20;
+/// Entities that one script function call may spawn: a second's work.
+pub const SCRIPT_SPAWNS: usize = 300_000;
 /// Nested calls in a script: well inside a 2 MB thread stack in a debug build too.
 pub const SCRIPT_CALL_DEPTH: usize = 32;
 /// Nesting of one script expression; the parser recurses.
 pub const SCRIPT_EXPRESSION_DEPTH: usize = 64;
 /// Bytes of one string in a script.
 pub const SCRIPT_STRING_BYTES: usize = 1 << 20;
-/// Elements of one array in a script.
-pub const SCRIPT_ARRAY: usize = 1_000_000;
-/// Entries of one object map in a script.
-pub const SCRIPT_MAP: usize = 100_000;
+/// Elements of one array in a script, those of arrays inside it included: Rhai counts them at every step, so that a
+/// list of n elements costs n^2 to grow.
+pub const SCRIPT_ARRAY: usize = 32_768;
+/// Entries of one object map in a script, counted like those of arrays.
+pub const SCRIPT_MAP: usize = 32_768;
 /// Script variables in scope, functions and modules.
 pub const SCRIPT_ITEMS: usize = 4_096;
 

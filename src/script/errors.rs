@@ -6,6 +6,7 @@ use ::rhai::{Dynamic, EvalAltResult, Position};
 
 use super::{did_you_mean, engine};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, Place, suggestion};
+use crate::base::limits;
 
 /// A mistake that a function of the API reports: it travels through Rhai as the payload of a run-time error.
 #[derive(Clone, Debug)]
@@ -42,7 +43,7 @@ impl Source {
     fn place_without_position(&self, error: &EvalAltResult, called: &str) -> Place {
         let likely = match error {
             EvalAltResult::ErrorStackOverflow(_) => self.recursion(),
-            EvalAltResult::ErrorTooManyOperations(_) => self.empty_loop(),
+            EvalAltResult::ErrorTooManyOperations(_) | EvalAltResult::ErrorTerminated(..) => self.endless_loop(),
             _ => None,
         };
         let called =
@@ -68,14 +69,18 @@ impl Source {
         self.functions().find(calls_itself).map(|(at, name, _)| (at, at + 3 + name.len()))
     }
 
-    fn empty_loop(&self) -> Option<(usize, usize)> {
-        self.text.match_indices('{').find_map(|(at, _)| {
-            let before = self.text[..at].trim_end();
-            let line = before.rfind('\n').map_or(0, |i| i + 1);
-            let word = ["loop", "while"].iter().find_map(|word| before[line..].rfind(word))?;
-            let is_empty = self.text[at + 1..].trim_start().starts_with('}');
-            is_empty.then_some((line + word, at + 1))
-        })
+    /// The first loop without a body, or else the first that says `loop` or `while true`.
+    fn endless_loop(&self) -> Option<(usize, usize)> {
+        let word = |word: &'static str| self.text.match_indices(word).map(move |(at, word)| (at, at + word.len()));
+        let loops = || word("loop").chain(word("while"));
+        let has_no_body = |(_, end): &(usize, usize)| {
+            let body = self.text[*end..].split_once('{').map(|(_, body)| body.trim_start());
+            body.is_some_and(|body| body.starts_with('}'))
+        };
+        let ends_never = |(start, end): &(usize, usize)| {
+            &self.text[*start..*end] == "loop" || self.text[*end..].trim_start().starts_with("true")
+        };
+        loops().find(has_no_body).or_else(|| loops().find(ends_never))
     }
 
     /// Where the header names the scene.
@@ -137,9 +142,18 @@ impl Source {
                 let known = words.into_iter().filter(|word| *word != name);
                 (format!("there is no variable `{name}`"), did_you_mean(name, known))
             }
-            EvalAltResult::ErrorTooManyOperations(_) => {
+            EvalAltResult::ErrorTooManyOperations(_) | EvalAltResult::ErrorTerminated(..) => {
                 let help = "look for a loop that never ends".to_string();
                 ("the script runs for too long".into(), Some(help))
+            }
+            EvalAltResult::ErrorDataTooLarge(what, _) => {
+                let what = what.trim_start_matches("Size of ").trim_start_matches("Length of ");
+                let (what, most) = match what {
+                    "string" => ("a text", limits::SCRIPT_STRING_BYTES),
+                    "object map" => ("a map", limits::SCRIPT_MAP),
+                    _ => ("a list", limits::SCRIPT_ARRAY),
+                };
+                (format!("{what} grows beyond {most} elements"), None)
             }
             EvalAltResult::ErrorStackOverflow(_) => {
                 ("functions call each other too deep".into(), Some("look for a recursion that never ends".into()))

@@ -122,8 +122,8 @@ impl SceneHandle {
         }
         let index = {
             let mut overlay = self.lock();
-            if overlay.count() >= limits::ENTITIES {
-                return complain(format!("more than {} entities", limits::ENTITIES), None);
+            if overlay.count() >= limits::ENTITIES || overlay.spawned() >= limits::SCRIPT_SPAWNS {
+                return complain(format!("more than {} entities spawned", overlay.spawned()), None);
             }
             if let Some(name) = bag.name.as_deref()
                 && overlay.find(name).is_some()

@@ -76,6 +76,7 @@ impl Program {
         let mut engine = engine::new(&folder, defines, &top, &constants);
         let ast = engine.compile(&source.text).map_err(|e| source.diagnose(e.into(), None))?;
         let mut scope = Scope::new();
+        sandbox::start_call();
         engine.run_ast_with_scope(&mut scope, &ast).map_err(|e| source.diagnose(*e, None))?;
         let globals: Map = scope.iter().map(|(name, _, value)| (name.into(), value)).collect();
         let header = match top.lock() {
@@ -152,6 +153,7 @@ impl Program {
             scope.push_constant_dynamic(name.as_str(), value.clone());
         }
         let scene_argument = Dynamic::from(handle.clone());
+        sandbox::start_call();
         let outcome = match number {
             Some(number) => {
                 let frame = Dynamic::from(time::FrameTime::new(&self.header, number, seed));

@@ -118,6 +118,11 @@ impl Overlay {
         (0..self.count()).filter(|index| !self.gone.contains(index))
     }
 
+    /// How many entities were spawned, despawned ones included.
+    pub fn spawned(&self) -> usize {
+        self.spawned.len()
+    }
+
     pub fn count(&self) -> usize {
         self.rest.entities.len() + self.spawned.len()
     }

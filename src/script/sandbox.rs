@@ -1,15 +1,27 @@
 //! What keeps a script in bounds: limits set explicitly, words switched off, modules only from below its folder.
 
+use std::cell::Cell;
 use std::path::{Component, Path, PathBuf};
+use std::time::Instant;
 
 use ::rhai::module_resolvers::FileModuleResolver;
-use ::rhai::{Engine, EvalAltResult, Module, ModuleResolver, Position, Shared};
+use ::rhai::{Dynamic, Engine, EvalAltResult, Module, ModuleResolver, Position, Shared};
 
 use super::errors::{Fallible, complain};
 use crate::base::limits;
 
 /// Words of Rhai that a pure script does without: the clock, the system's mathematics, code from text.
 const OFF: [&str; 4] = ["eval", "timestamp", "**", "**="];
+
+thread_local! {
+    /// When the call that this thread evaluates was started; a script cannot see it.
+    static STARTED: Cell<Option<Instant>> = const { Cell::new(None) };
+}
+
+/// Starts the time that a call on this thread may take.
+pub fn start_call() {
+    STARTED.set(Some(Instant::now()));
+}
 
 pub fn close(engine: &mut Engine, folder: &Path) {
     for word in OFF {
@@ -26,6 +38,11 @@ pub fn close(engine: &mut Engine, folder: &Path) {
         .set_max_variables(limits::SCRIPT_ITEMS)
         .set_max_functions(limits::SCRIPT_ITEMS)
         .set_max_modules(limits::SCRIPT_ITEMS);
+    engine.on_progress(|operations| {
+        let is_late =
+            operations % 1024 == 0 && STARTED.get().is_some_and(|at| at.elapsed().as_secs() >= limits::SCRIPT_SECONDS);
+        is_late.then_some(Dynamic::UNIT)
+    });
     // Nobody listens: a script speaks through its edits.
     engine.on_print(|_| {}).on_debug(|_, _, _| {});
     engine.set_module_resolver(BelowFolder {

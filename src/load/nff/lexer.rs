@@ -21,6 +21,17 @@ impl Word<'_> {
         self.number().is_some()
     }
 
+    /// Whether the word is a number that is none: NaN, an infinity, or beyond what a number can hold.
+    pub fn is_not_finite(&self) -> bool {
+        self.text.parse().is_ok_and(|x: f64| !x.is_finite())
+    }
+
+    /// Whether the word starts as a number does.
+    pub fn is_like_a_number(&self) -> bool {
+        let digits = self.text.trim_start_matches(['+', '-', '.']);
+        digits.starts_with(|c: char| c.is_ascii_digit())
+    }
+
     /// Two numbers without a space between: `0.90.166667` is 0.9 and 0.166667.
     pub fn glued(&self) -> Option<[f64; 2]> {
         let second = self.text.match_indices('.').nth(1)?.0;

@@ -15,7 +15,7 @@ use std::path::Path;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
-use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, nearest};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, Severity, nearest};
 use crate::base::limits;
 use crate::components::*;
 use crate::load::image;
@@ -146,13 +146,10 @@ impl Reader<'_> {
     }
 
     fn unknown(&mut self, word: Word) {
-        let help = nearest(word.text, KEYWORDS);
+        let help = nearest(word.text, KEYWORDS).filter(|_| word.text.len() > 1);
         let message = if word.is_number() { "a number where a keyword was expected" } else { "unknown keyword" };
-        let mut warning = Diagnostic::warning(format!("{message} `{}`; skipped", word.short())).at(self.place(word));
-        if let Some(near) = help.filter(|_| word.text.len() > 1) {
-            warning = warning.help(format!("did you mean `{near}`?"));
-        }
-        self.push(warning);
+        let help = help.map(|near| format!("did you mean `{near}`?"));
+        self.warn_with(word, format!("{message} `{}`; skipped", word.short()), help);
         self.lexer.end_of_line(word);
     }
 
@@ -161,26 +158,42 @@ impl Reader<'_> {
     }
 
     fn warn(&mut self, word: Word, message: impl Into<String>) {
+        self.warn_with(word, message, None);
+    }
+
+    fn warn_with(&mut self, word: Word, message: impl Into<String>, help: Option<String>) {
+        // A place costs a walk through the text, so none is looked up for what is only counted.
         if self.found.0.len() >= 10 * limits::DIAGNOSTICS {
             self.more += 1;
             return;
         }
-        let warning = Diagnostic::warning(message).at(self.place(word));
+        let warning = Diagnostic { help, ..Diagnostic::warning(message) }.at(self.place(word));
         self.push(warning);
     }
 
     fn push(&mut self, mut diagnostic: Diagnostic) {
-        if self.found.0.len() >= 10 * limits::DIAGNOSTICS {
-            self.more += 1;
-            return;
-        }
         if self.strict {
-            diagnostic.severity = crate::base::diagnostics::Severity::Error;
+            diagnostic.severity = Severity::Error;
         }
         self.found.push(diagnostic);
     }
 
+    /// A record without enough numbers is skipped; where a bad number or the end of the file cuts it off, it is wrong.
+    fn short(&mut self, word: Word, message: String) {
+        match self.lexer.peek() {
+            None => self.error(word, format!("the file ends in the middle of `{}`: {message}", word.text)),
+            Some(next) if next.is_like_a_number() => {
+                self.error(next, format!("`{}` is not a number: {message}", next.short()));
+            }
+            Some(_) => self.warn(word, format!("{message}; skipped")),
+        }
+    }
+
     fn error(&mut self, word: Word, message: impl Into<String>) {
+        if self.found.0.len() >= 10 * limits::DIAGNOSTICS && self.found.has_errors() {
+            self.more += 1;
+            return;
+        }
         let error = Diagnostic::error(message).at(self.place(word));
         self.found.push(error);
     }
@@ -196,6 +209,10 @@ impl Reader<'_> {
                 self.warn(word, format!("numbers run together; read as {} and {}", parts[0], parts[1]));
                 self.numbers.extend(parts);
                 self.lexer.next();
+            } else if word.is_not_finite() {
+                self.error(word, format!("`{}` is not a finite number", word.short()));
+                self.numbers.push(0.0);
+                self.lexer.next();
             } else {
                 return;
             }
@@ -207,7 +224,7 @@ impl Reader<'_> {
         self.read_numbers();
         let count = self.numbers.len();
         if count < N {
-            self.warn(word, format!("`{}` needs {N} numbers and has {count}; skipped", word.text));
+            self.short(word, format!("`{}` needs {N} numbers and has {count}", word.text));
             return None;
         }
         if count > N {
@@ -236,7 +253,7 @@ impl Reader<'_> {
         let (position, color) = match n.len() {
             3 => (DVec3::new(n[0], n[1], n[2]), None),
             6 => (DVec3::new(n[0], n[1], n[2]), Some(DVec3::new(n[3], n[4], n[5]))),
-            count => return self.warn(word, format!("`l` takes 3 or 6 numbers, not {count}; skipped")),
+            count => return self.short(word, format!("`l` takes 3 or 6 numbers, not {count}")),
         };
         let light = PointLight { position, color: color.unwrap_or(DVec3::ONE), ..PointLight::default() };
         self.add_light(word, light.into(), color.is_some());
@@ -264,7 +281,7 @@ impl Reader<'_> {
                 let (a, b, color) = if colour_first { (v(6), v(9), v(3)) } else { (v(3), v(6), v(9)) };
                 AreaLight { position: v(0) + (a + b) / 2.0, edges: Some([a, b]), color, ..AreaLight::default() }
             }
-            count => return self.warn(word, format!("`al` takes 11, 12 or 13 numbers, not {count}; skipped")),
+            count => return self.short(word, format!("`al` takes 11, 12 or 13 numbers, not {count}")),
         };
         self.add_light(word, light.into(), true);
     }
@@ -304,7 +321,7 @@ impl Reader<'_> {
                 gloss: n.get(11).map_or(0.0, |g| g.clamp(0.0, 1.0)),
                 ..Material::default()
             },
-            count => return self.warn(word, format!("`f` takes 8, 9, 11 or 12 numbers, not {count}; skipped")),
+            count => return self.short(word, format!("`f` takes 8, 9, 11 or 12 numbers, not {count}")),
         };
         self.p3f |= n.len() >= 11;
         // Files name a transparency without an index of refraction, or one above 1.
@@ -368,12 +385,16 @@ impl Reader<'_> {
         }
         let render = &mut self.scene.render;
         render.max_depth = if self.p3f { 6 } else { 5 };
-        if !self.has_camera {
+        if !self.has_camera && self.scene.entities.is_empty() && !self.found.has_errors() {
+            let strange =
+                Diagnostic::error("there is no camera, no light and no object in it: is it an NFF or P3F scene?");
+            self.found.push(strange.at(Place::file(self.file)));
+        } else if !self.has_camera {
             let missing = Diagnostic::warning("the file has no camera (`v`); a default one is used");
             self.push(missing.at(Place::file(self.file)));
         }
         if self.more > 0 {
-            let more = Diagnostic::warning(format!("... and {} more warnings", self.more));
+            let more = Diagnostic::warning(format!("... and {} more", self.more));
             self.found.push(more.at(Place::file(self.file)));
         }
         let problems = super::resolve::check(&self.scene);

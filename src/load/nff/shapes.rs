@@ -50,7 +50,7 @@ impl Reader<'_> {
                 (n[8], n[6], n[7])
             }
             9 => (n[6], n[7], n[8]),
-            count => return self.warn(word, format!("`{}` takes 7 or 9 numbers, not {count}; skipped", word.text)),
+            count => return self.short(word, format!("`{}` takes 7 or 9 numbers, not {count}", word.text)),
         };
         let [from, to] = [0, 3].map(|i| DVec3::new(n[i], n[i + 1], n[i + 2]));
         let motion = Motion { displacement: to - from, start, end };

@@ -137,9 +137,9 @@ fn what_was_met_in_real_files() {
     assert_eq!(quiet("s 0 1 0 1#main\r\np 3 0 0 0  1 0 0  0 1 0  \r\n# end\r\ns 0 0 0 2").entities.len(), 3);
     // Lights after and between shapes; the last of duplicated settings wins.
     assert_eq!(quiet("s 0 0 0 1\nl 1 1 1\ns 0 0 0 2\nl 1 1 1\nb 0 0 0\nb 1 1 1").render.background, DVec3::ONE);
-    // Huge exponents, no index of refraction, nothing at all.
+    // Huge exponents, no index of refraction, no object.
     quiet("f 1 1 1 1 0 100000 0 0\ns 0 0 0 1");
-    assert_eq!(quiet("").entities.len(), 0);
+    assert_eq!(quiet(VIEW).entities.len(), 0);
     quiet(&VIEW.replace("200 100", "33 77"));
 }
 
@@ -158,8 +158,6 @@ fn what_cannot_be_read_is_skipped_with_its_place() {
         ("f 1 2 3\ns 0 0 0 1", "a.nff:1:1: warning", "`f` takes 8, 9, 11 or 12 numbers"),
         ("env skybox\ns 0 0 0 1", "a.nff:1:5: warning", "the background colour is used"),
         ("shader x.png\ns 0 0 0 1", "a.nff:1:1: warning", "not supported"),
-        ("s 0 0 0 1e999\ns 0 0 0 1", "a.nff:1:1: warning", "needs 4 numbers"),
-        ("s 0 0 0 nan\ns 0 0 0 1", "a.nff:1:1: warning", "needs 4 numbers"),
     ] {
         let (scene, warnings) = read(text);
         assert_eq!(scene.entities.len(), 1, "{text}");
@@ -180,6 +178,21 @@ fn counts_without_data_stop_the_reading() {
     assert!(fails("mesh 3 1 0 0 0 1 0 0 0 1 0 1 2 4").contains("names a vertex that is not there"));
     assert!(fails("p\ns 0 0 0 1").contains("needs a count"));
     assert!(fails("nff\nversion 2.1").contains("Sense8"));
+}
+
+#[test]
+fn numbers_without_a_sensible_reading_are_errors() {
+    for (text, said) in [
+        ("s 0 0 0 nan\ns 0 0 0 1", "a.nff:1:9: error: `nan` is not a finite number"),
+        ("s 0 0 0 1\nl 1e999 2 3", "a.nff:2:3: error: `1e999` is not a finite number"),
+        ("s 0 0 1.5.2.7 1", "a.nff:1:7: error: `1.5.2.7` is not a number: `s` needs 4 numbers and has 2"),
+        ("s 0 0 0 1\ns 0 0", "a.nff:2:1: error: the file ends in the middle of `s`"),
+        ("v\nfrom 0 0 inf\nat 0 0 0", "a.nff:2:10: error: `inf` is not a finite number"),
+        ("", "a.nff: error: there is no camera, no light and no object"),
+        ("<html>\n<body>\n</html>", "there is no camera, no light and no object"),
+    ] {
+        assert!(fails(text).contains(said), "{}", fails(text));
+    }
 }
 
 #[test]
