@@ -134,10 +134,12 @@ pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
     let last = target.path(wanted.last().copied().unwrap_or(1));
     let place = if wanted.len() == 1 { last.as_path() } else { last.parent().unwrap_or(Path::new(".")) };
     progress.end(written.load(Ordering::Relaxed), &place.to_string_lossy());
-    Ok(match ending? {
-        Ending::Complete => Exit::Done,
-        Ending::Cancelled => Exit::Interrupted,
-    })
+    if ending? == Ending::Complete {
+        return Ok(Exit::Done);
+    }
+    let (written, wanted) = (written.into_inner(), wanted.len());
+    say(&Diagnostic::warning(format!("interrupted: {written} of {wanted} frames are there, and whole")).into());
+    Ok(Exit::Interrupted)
 }
 
 /// A flag that the first interrupt raises; the second ends the program at once.
