@@ -66,12 +66,13 @@ fn the_tetrahedron_has_its_published_ray_counts() {
 #[test]
 fn the_standard_databases_have_their_published_ray_counts() {
     let Some(folder) = std::env::var_os("ANIM_SPD").map(PathBuf::from) else { return };
-    // File, primary hits, shadow rays, secondary rays (Havran and Sixta 1999).
+    // File, primary hits, shadow rays, secondary rays: Havran and Sixta 1999. Their shadow rays of the mountain are a
+    // seventh fewer than the databases' own table has; the latter stands here.
     let published = [
         ("balls_s4.nff", 263_169.0, 959_244.0, 179_884.0),
         ("gears_s4.nff", 245_332.0, 2_088_012.0, 494_338.0),
         ("lattice_s12.nff", 261_170.0, 1_180_774.0, 243_210.0),
-        ("mount_s6.nff", 173_685.0, 361_037.0, 710_436.0),
+        ("mount_s6.nff", 173_685.0, 412_922.0, 710_436.0),
         ("rings_s7.nff", 263_169.0, 1_077_336.0, 312_879.0),
         ("teapot_s6.nff", 161_546.0, 406_340.0, 226_235.0),
         ("tetra_s6.nff", 49_950.0, 46_262.0, 0.0),
