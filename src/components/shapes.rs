@@ -3,7 +3,7 @@
 //! A shape stands where its fields put it; the entity's transform, if any, then carries it into the world. Lengths are
 //! world units before that transform.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec3};
 use serde::ser::SerializeStruct;
@@ -163,11 +163,32 @@ pub struct MeshData {
     pub triangles: Vec<[u32; 3]>,
     /// One shading normal per vertex, or none at all.
     pub normals: Vec<Vec3>,
+    #[serde(skip)]
+    computed: Computed,
+}
+
+/// Normals computed on first use; they follow from the rest and take no part in comparisons.
+#[derive(Clone, Debug, Default)]
+struct Computed(OnceLock<Vec<Vec3>>);
+
+impl PartialEq for Computed {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 impl MeshData {
+    pub fn new(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, normals: Vec<Vec3>) -> Self {
+        MeshData { vertices, triangles, normals, computed: Computed::default() }
+    }
+
+    /// The normals given, or else computed ones: one per vertex.
+    pub fn shading_normals(&self) -> &[Vec3] {
+        if self.normals.is_empty() { self.computed.0.get_or_init(|| self.smooth_normals()) } else { &self.normals }
+    }
+
     /// Area-weighted vertex normals from the triangles around each vertex.
-    pub fn smooth_normals(&self) -> Vec<Vec3> {
+    fn smooth_normals(&self) -> Vec<Vec3> {
         let mut sums = vec![Vec3::ZERO; self.vertices.len()];
         for &[a, b, c] in &self.triangles {
             let (pa, pb, pc) = (self.vertices[a as usize], self.vertices[b as usize], self.vertices[c as usize]);
@@ -195,6 +216,12 @@ pub struct Mesh {
 
 impl Mesh {
     pub const FIELDS: &'static [&'static str] = &["file", "smooth", "vertices", "triangles", "normals"];
+
+    fn edit(&mut self) -> &mut MeshData {
+        let data = Arc::make_mut(&mut self.data);
+        data.computed = Computed::default();
+        data
+    }
 }
 
 impl PartialEq for Mesh {
@@ -226,9 +253,9 @@ impl Record for Mesh {
                 return Err(wrong(Mismatch { message, help: Some("name it in the scene".into()) }));
             }
             "smooth" => self.smooth = bool::from_value(value).map_err(wrong)?,
-            "vertices" => Arc::make_mut(&mut self.data).vertices = Vec::from_value(value).map_err(wrong)?,
-            "normals" => Arc::make_mut(&mut self.data).normals = Vec::from_value(value).map_err(wrong)?,
-            "triangles" => Arc::make_mut(&mut self.data).triangles = Vec::from_value(value).map_err(wrong)?,
+            "vertices" => self.edit().vertices = Vec::from_value(value).map_err(wrong)?,
+            "normals" => self.edit().normals = Vec::from_value(value).map_err(wrong)?,
+            "triangles" => self.edit().triangles = Vec::from_value(value).map_err(wrong)?,
             _ => return Err(FieldError::Unknown { known: Self::FIELDS }),
         }
         if field != "smooth" {
@@ -272,7 +299,7 @@ impl<'de> Deserialize<'de> for Mesh {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let form = MeshForm::deserialize(deserializer)?;
         let MeshForm { file, smooth, vertices, triangles, normals } = form;
-        Ok(Mesh { file, smooth, data: Arc::new(MeshData { vertices, triangles, normals }) })
+        Ok(Mesh { file, smooth, data: Arc::new(MeshData::new(vertices, triangles, normals)) })
     }
 }
 

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 use hecs::World;
+use rustc_hash::FxHashMap;
 
 use super::hierarchy::Placement;
 use super::stage::{Absent, Order, Stage};
@@ -67,12 +68,17 @@ pub fn update(stage: &mut Stage) -> Result<bool, Diagnostics> {
 /// Squares of squares of what the kernel adds up must stay inside `f32`.
 const FARTHEST: f64 = 1e9;
 
+/// Meshes of fewer triangles are taken apart: their bookkeeping would cost more than they do.
+const FEW_TRIANGLES: usize = 16;
+
 struct Extraction<'a> {
     stage: &'a Stage,
     world: &'a World,
     /// Material number and visible sides by material index; the last entry is the default material's.
     sides: Vec<bool>,
     shutter_open: f64,
+    /// How many live entities use each mesh.
+    uses: FxHashMap<*const MeshData, u32>,
     geometry: Geometry,
 }
 
@@ -118,7 +124,11 @@ impl<'a> Extraction<'a> {
         let of = |e: &hecs::Entity| stage.world.get::<&Material>(*e).map(|m| shows_both_sides(&m)).unwrap_or(true);
         let sides = stage.materials.iter().map(of).chain([true]).collect();
         let shutter_open = stage.camera().shutter.x;
-        Extraction { stage, world: &stage.world, sides, shutter_open, geometry: Geometry::default() }
+        let mut uses = FxHashMap::default();
+        for mesh in stage.world.query::<&Mesh>().without::<&Absent>().iter() {
+            *uses.entry(Arc::as_ptr(&mesh.data)).or_default() += 1;
+        }
+        Extraction { stage, world: &stage.world, sides, shutter_open, uses, geometry: Geometry::default() }
     }
 
     fn run(mut self) -> Result<Geometry, Diagnostics> {
@@ -196,10 +206,22 @@ impl<'a> Extraction<'a> {
 
     fn mesh(&mut self, row: &Row<Mesh>) {
         let data = &row.shape.data;
+        let smooth = row.shape.smooth || !data.normals.is_empty();
+        let shared = self.uses.get(&Arc::as_ptr(data)).is_some_and(|uses| *uses > 1);
+        if data.triangles.len() < FEW_TRIANGLES {
+            self.few_triangles(row, smooth);
+        } else if shared {
+            self.geometry.push_instance(row.tag(false), data, smooth, &row.map);
+        } else {
+            self.geometry.push_mesh(row.tag(false), data, smooth, &row.map);
+        }
+    }
+
+    fn few_triangles(&mut self, row: &Row<Mesh>, smooth: bool) {
+        let data = &row.shape.data;
         let points: Vec<Vec3> = data.vertices.iter().map(|v| row.point(v.as_dvec3())).collect();
-        let smooth = (row.shape.smooth && data.normals.is_empty()).then(|| data.smooth_normals());
-        let normals: Vec<Vec3> =
-            smooth.as_ref().unwrap_or(&data.normals).iter().map(|n| row.normal(n.as_dvec3())).collect();
+        let normals = if smooth { data.shading_normals() } else { &[] };
+        let normals: Vec<Vec3> = normals.iter().map(|n| row.normal(n.as_dvec3())).collect();
         let order = if row.mirrored() { [0, 2, 1] } else { [0, 1, 2] };
         for triangle in &data.triangles {
             let at = order.map(|i| triangle[i] as usize);

@@ -15,6 +15,7 @@ pub mod lights;
 pub mod ray;
 pub mod sampler;
 pub mod shapes;
+pub mod simd;
 pub mod stats;
 pub mod surface;
 pub mod surfacing;

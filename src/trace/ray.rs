@@ -25,6 +25,8 @@ pub struct Hit {
     pub t: f32,
     /// Number of the primitive in its [`super::Geometry`].
     pub primitive: u32,
+    /// Triangle within an instance.
+    pub element: u32,
     /// Parameters that the primitive's kind gives a meaning to (barycentrics of a triangle).
     pub u: f32,
     pub v: f32,

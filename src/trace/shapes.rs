@@ -1,13 +1,15 @@
 //! Ray against one shape, in `f32`.
 //!
-//! Every function takes a [`Probe`] and gives distances above 0; which sides count is the caller's matter, so each
-//! candidate says whether the ray enters through it. Forms are chosen for what they do to rounding: the sphere by
-//! Hearn and Baker (Ray Tracing Gems, chapter 7), the triangle by signed volumes relative to the ray's origin, whose
-//! signs are exactly opposite along a shared edge, so that no ray slips between two triangles.
+//! Every function gives distances, and which of them enter; what is hidden or behind is the caller's matter. Sphere,
+//! triangle and box are written over [`Lanes`]: the eight primitives of a leaf are tested by the same code as a single
+//! one, to the same bits. Forms are chosen for what they do to rounding: the sphere by Hearn and Baker (Ray Tracing
+//! Gems, chapter 7), the triangle by Woop, Benthin and Wald (Watertight Ray/Triangle Intersection, JCGT 2013): edge
+//! functions whose signs are exactly opposite along a shared edge, so that no ray slips between two triangles.
 
 use glam::Vec3;
 
 use super::Ray;
+use super::simd::{Lanes, V3};
 
 /// A ray with what every test needs of it.
 #[derive(Clone, Copy, Debug)]
@@ -15,83 +17,145 @@ pub struct Probe {
     pub origin: Vec3,
     /// Unit length.
     pub direction: Vec3,
-    /// 1 / direction, infinite where that is 0.
+    /// 1 / direction; very large, not infinite, where that is 0.
     pub inverse: Vec3,
+    /// The axes in cyclic order, so that the ray runs mostly along the last.
+    axes: [usize; 3],
+    /// What moves the ray onto the last axis: x -= shear[0] z, y -= shear[1] z, and z shear[2] is the distance.
+    shear: [f32; 3],
+}
+
+/// 1 / x, finite: 0 times it is 0, and no test meets a NaN.
+fn finite_recip(x: f32) -> f32 {
+    const LEAST: f32 = 1e-30;
+    if x.abs() < LEAST { (1.0 / LEAST).copysign(x) } else { 1.0 / x }
+}
+
+impl Probe {
+    pub fn new(origin: Vec3, direction: Vec3) -> Self {
+        let [x, y, z] = direction.abs().to_array();
+        let last = if x > y && x > z {
+            0
+        } else if y > z {
+            1
+        } else {
+            2
+        };
+        let axes = [(last + 1) % 3, (last + 2) % 3, last];
+        let inverse = direction.map(finite_recip);
+        let along = inverse[last];
+        let shear = [direction[axes[0]] * along, direction[axes[1]] * along, along];
+        Probe { origin, direction, inverse, axes, shear }
+    }
+
+    #[inline(always)]
+    pub fn beam<L: Lanes>(&self) -> Beam<L> {
+        Beam {
+            origin: V3::splat(self.origin),
+            direction: V3::splat(self.direction),
+            inverse: V3::splat(self.inverse),
+            axes: self.axes,
+            turned_origin: self.axes.map(|axis| L::splat(self.origin[axis])),
+            turned_inverse: self.axes.map(|axis| L::splat(self.inverse[axis])),
+            shear: self.shear.map(L::splat),
+        }
+    }
 }
 
 impl From<&Ray> for Probe {
     fn from(ray: &Ray) -> Self {
-        Probe { origin: ray.origin, direction: ray.direction, inverse: ray.direction.recip() }
+        Probe::new(ray.origin, ray.direction)
     }
 }
 
-/// Distances at which a line enters and leaves a sphere.
-#[inline]
-pub fn sphere(probe: &Probe, center: Vec3, radius: f32) -> Option<[f32; 2]> {
-    let f = probe.origin - center;
-    let b = -f.dot(probe.direction);
+/// A [`Probe`] in every lane.
+#[derive(Clone, Copy, Debug)]
+pub struct Beam<L> {
+    pub origin: V3<L>,
+    pub direction: V3<L>,
+    pub inverse: V3<L>,
+    /// The order in which [`triangle`] wants coordinates.
+    pub axes: [usize; 3],
+    turned_origin: [L; 3],
+    turned_inverse: [L; 3],
+    shear: [L; 3],
+}
+
+/// Whether lines meet spheres, and the distances at which they enter and leave.
+#[inline(always)]
+pub fn sphere<L: Lanes>(ray: &Beam<L>, center: V3<L>, radius: L) -> (L::Mask, [L; 2]) {
+    let zero = L::splat(0.0);
+    let f = ray.origin - center;
+    let b = zero - f.dot(ray.direction);
     // From the centre to the nearest point of the line: precise however far the origin is.
-    let nearest = f + probe.direction * b;
-    let discriminant = radius * radius - nearest.dot(nearest);
-    if discriminant < 0.0 {
-        return None;
+    let nearest = f + ray.direction.scale(b);
+    let square = radius * radius;
+    let discriminant = square - nearest.dot(nearest);
+    let met = zero.le(discriminant);
+    if !L::any(met) {
+        return (met, [zero; 2]);
     }
     let root = discriminant.sqrt();
-    let c = f.dot(f) - radius * radius;
-    if b > 0.0 {
-        let q = b + root;
-        Some([c / q, q])
-    } else {
-        let q = b - root;
-        Some([q, if q == 0.0 { 0.0 } else { c / q }])
-    }
+    let c = f.dot(f) - square;
+    let ahead = zero.lt(b);
+    let q = L::select(ahead, b + root, b - root);
+    let other = L::select(q.ne(zero), c / q, zero);
+    (met, [L::select(ahead, other, q), L::select(ahead, q, other)])
 }
 
-/// Distance, weights of the second and third corner, and whether the ray comes from the front.
-#[inline]
-pub fn triangle(probe: &Probe, corners: &[Vec3; 3]) -> Option<(f32, f32, f32, bool)> {
-    let a = corners[0] - probe.origin;
-    let b = corners[1] - probe.origin;
-    let c = corners[2] - probe.origin;
-    let d = probe.direction;
-    let (ca, ab, bc) = (c - a, a - b, b - c);
-    // Six times the signed volume over each edge: positive on one side of it.
-    let u = (c + a).cross(ca).dot(d);
-    let v = (a + b).cross(ab).dot(d);
-    let w = (b + c).cross(bc).dot(d);
-    let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
-    if !inside {
-        return None;
-    }
-    let normal = ab.cross(ca);
-    let facing = normal.dot(d);
-    let volume = u + v + w;
-    if facing == 0.0 || volume == 0.0 {
-        return None;
-    }
-    let t = a.dot(normal) / facing;
-    // A sliver, or a ray that grazes, makes t rough and the signs too: hold both to the triangle's own box, where the
-    // grid will look for it.
-    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-    let pad = low.abs().max(high.abs()).max_element() * (8.0 * f32::EPSILON);
-    let relative = Probe { origin: Vec3::ZERO, ..*probe };
-    let [near, far] = slab(&relative, low - pad, high + pad);
-    if near > far {
-        return None;
-    }
-    let t = t.clamp(near, far);
-    (t > 0.0).then(|| (t, u / volume, v / volume, facing > 0.0))
+/// Hits of triangles: distance, weights of the second and third corner, whether from the front, whether at all.
+pub struct TriangleHits<L: Lanes> {
+    pub t: L,
+    pub u: L,
+    pub v: L,
+    pub front: L::Mask,
+    pub hit: L::Mask,
 }
 
-/// Distances at which a line enters and leaves an axis-aligned box; near > far if it misses.
-#[inline]
-pub fn slab(probe: &Probe, min: Vec3, max: Vec3) -> [f32; 2] {
-    let low = (min - probe.origin) * probe.inverse;
-    let high = (max - probe.origin) * probe.inverse;
-    // `f32::min` and `max` pass over the NaN of 0 * infinity.
-    let near = low.x.min(high.x).max(low.y.min(high.y)).max(low.z.min(high.z));
-    let far = low.x.max(high.x).min(low.y.max(high.y)).min(low.z.max(high.z));
-    [near, far]
+/// How far outside its triangle's bounds a hit may lie, relative to their distance from the origin.
+const TRIANGLE_PAD: f32 = 2.0 * f32::EPSILON;
+
+/// Corners counter-clockwise from the front, each with its coordinates in the order of the beam's axes.
+#[inline(always)]
+pub fn triangle<L: Lanes>(ray: &Beam<L>, corners: [[L; 3]; 3]) -> Option<TriangleHits<L>> {
+    let zero = L::splat(0.0);
+    let o = ray.turned_origin;
+    let [a, b, c] = corners.map(|p| [p[0] - o[0], p[1] - o[1], p[2] - o[2]]);
+    let [sx, sy, sz] = ray.shear;
+    let sheared = |p: [L; 3]| (p[0] - sx * p[2], p[1] - sy * p[2]);
+    let ((ax, ay), (bx, by), (cx, cy)) = (sheared(a), sheared(b), sheared(c));
+    // Twice the area between each edge and the ray, seen along it: positive on one side of the edge.
+    let u = cx * by - cy * bx;
+    let v = ax * cy - ay * cx;
+    let w = bx * ay - by * ax;
+    let inside = L::either(zero.le(u.min(v).min(w)), u.max(v).max(w).le(zero));
+    if !L::any(inside) {
+        return None;
+    }
+    let area = u + v + w;
+    let per_area = L::splat(1.0) / area;
+    let t = (u * a[2] + v * b[2] + w * c[2]) * sz * per_area;
+    // A sliver, or a ray that grazes, makes t rough and the signs too: hold both to the triangle's own bounds, where
+    // an accelerator will look for it.
+    let low = [0, 1, 2].map(|k| a[k].min(b[k]).min(c[k]));
+    let high = [0, 1, 2].map(|k| a[k].max(b[k]).max(c[k]));
+    let size = |k: usize| low[k].abs().max(high[k].abs());
+    let pad = size(0).max(size(1)).max(size(2)) * L::splat(TRIANGLE_PAD);
+    let ends = |k: usize| ((low[k] - pad) * ray.turned_inverse[k], (high[k] + pad) * ray.turned_inverse[k]);
+    let ((x0, x1), (y0, y1), (z0, z1)) = (ends(0), ends(1), ends(2));
+    let near = x0.min(x1).max(y0.min(y1)).max(z0.min(z1));
+    let far = x0.max(x1).min(y0.max(y1)).min(z0.max(z1));
+    let t = t.max(near).min(far);
+    let hit = L::both(L::both(inside, area.ne(zero)), L::both(near.le(far), zero.lt(t)));
+    Some(TriangleHits { t, u: v * per_area, v: w * per_area, front: zero.lt(area * sz), hit })
+}
+
+/// Distances at which lines enter and leave axis-aligned boxes; near > far where they miss.
+#[inline(always)]
+pub fn slab<L: Lanes>(ray: &Beam<L>, min: V3<L>, max: V3<L>) -> [L; 2] {
+    let low = (min - ray.origin) * ray.inverse;
+    let high = (max - ray.origin) * ray.inverse;
+    [low.min(high).max_element(), low.max(high).min_element()]
 }
 
 /// A cone cut between two planes across its axis; a cylinder where the radii are equal.
@@ -194,7 +258,18 @@ mod tests {
     }
 
     fn probe(origin: Vec3, direction: Vec3) -> Probe {
-        Probe::from(&Ray::new(origin, direction.normalize_or(Vec3::Z)))
+        Probe::new(origin, direction.normalize_or(Vec3::Z))
+    }
+
+    fn sphere(probe: &Probe, center: Vec3, radius: f32) -> Option<[f32; 2]> {
+        let (met, hits) = super::sphere::<f32>(&probe.beam(), V3::splat(center), radius);
+        met.then_some(hits)
+    }
+
+    fn triangle(probe: &Probe, corners: &[Vec3; 3]) -> Option<(f32, f32, f32, bool)> {
+        let turned = corners.map(|p| probe.axes.map(|axis| p[axis]));
+        let hits = super::triangle::<f32>(&probe.beam(), turned)?;
+        hits.hit.then_some((hits.t, hits.u, hits.v, hits.front))
     }
 
     proptest! {
@@ -291,13 +366,11 @@ mod tests {
     fn boxes_stand_rays_along_their_faces() {
         let (min, max) = (Vec3::ZERO, Vec3::ONE);
         let inside = |p: Probe| {
-            let [near, far] = slab(&p, min, max);
+            let [near, far] = slab::<f32>(&p.beam(), V3::splat(min), V3::splat(max));
             near <= far && far > 0.0
         };
         assert!(inside(probe(Vec3::new(0.5, 0.5, -1.0), Vec3::Z)));
         assert!(!inside(probe(Vec3::new(0.5, 1.5, -1.0), Vec3::Z)));
         assert!(!inside(probe(Vec3::new(0.5, 0.5, -1.0), Vec3::NEG_Z)));
-        let [near, far] = slab(&probe(Vec3::new(0.0, 0.5, -1.0), Vec3::Z), min, max);
-        assert!(near.is_finite() || near == f32::NEG_INFINITY || far.is_finite());
     }
 }

@@ -90,7 +90,10 @@ impl Reader<'_> {
         };
         let center = DVec3::new(x, y, z);
         let points: Vec<Vec3> = corners.iter().map(|c| (center + c.normalize() * radius).as_vec3()).collect();
-        let data = MeshData { triangles: hull(&points), vertices: points, normals: Vec::new() };
+        let data = {
+            let triangles = hull(&points);
+            MeshData::new(points, triangles, Vec::new())
+        };
         self.add(word, Mesh { data: Arc::new(data), ..Mesh::default() }, None);
     }
 
@@ -126,11 +129,11 @@ impl Reader<'_> {
             let shading = (!normals.is_empty()).then(|| Box::new([normals[0], normals[1], normals[2]]));
             self.add(word, Triangle { vertices: [points[0], points[1], points[2]], normals: shading }, None);
         } else {
-            let data = MeshData {
-                triangles: triangulate(&points),
-                vertices: points.iter().map(|v| v.as_vec3()).collect(),
-                normals: normals.iter().map(|v| v.as_vec3()).collect(),
-            };
+            let data = MeshData::new(
+                points.iter().map(|v| v.as_vec3()).collect(),
+                triangulate(&points),
+                normals.iter().map(|v| v.as_vec3()).collect(),
+            );
             self.add(word, Mesh { data: Arc::new(data), ..Mesh::default() }, None);
         }
         self.numbers = n;
@@ -177,7 +180,7 @@ impl Reader<'_> {
             };
             triangles.push([a, b, c]);
         }
-        let data = MeshData { vertices: (0..vertices).map(point).collect(), triangles, normals: Vec::new() };
+        let data = MeshData::new((0..vertices).map(point).collect(), triangles, Vec::new());
         self.add(word, Mesh { data: Arc::new(data), ..Mesh::default() }, None);
         self.numbers = n;
         Ok(())

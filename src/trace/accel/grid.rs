@@ -12,6 +12,7 @@ use crate::base::limits;
 use crate::trace::Geometry;
 use crate::trace::geometry::{Best, Bounds};
 use crate::trace::shapes::{Probe, slab};
+use crate::trace::simd::V3;
 
 /// Padding of every bound, in lengths of the scene's diagonal. A ray starts at most four diagonals away, where
 /// positions are good to about 2e-6 of one.
@@ -106,7 +107,7 @@ impl Grid {
         if (ANY && best.found) || self.members.is_empty() {
             return;
         }
-        let [near, far] = slab(probe, self.bounds.min, self.bounds.max);
+        let [near, far] = slab::<f32>(&probe.beam(), V3::splat(self.bounds.min), V3::splat(self.bounds.max));
         let enter = near.max(0.0);
         if enter > far + self.slack || enter > best.t + self.slack {
             return;

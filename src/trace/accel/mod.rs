@@ -6,7 +6,7 @@
 
 mod grid;
 
-use super::geometry::Best;
+use super::geometry::{Best, Kind};
 use super::shapes::Probe;
 use super::{Counters, Geometry, Hit, Ray};
 use crate::components::Accel;
@@ -82,18 +82,18 @@ impl Accelerator {
         if finite.found {
             best = Best { t: skip + finite.t, ..finite };
         }
-        let planes = geometry.plane_numbers();
+        let planes = geometry.range(Kind::Plane);
         if !planes.is_empty() {
             let probe = Probe::from(ray);
             worker.counters.intersection_tests += u64::from(planes.end - planes.start);
             planes.for_each(|n| geometry.test(n, &probe, &mut best));
         }
-        best.found.then_some(Hit { t: best.t, primitive: best.primitive, u: best.u, v: best.v })
+        best.found.then_some(Hit { t: best.t, primitive: best.primitive, element: best.element, u: best.u, v: best.v })
     }
 
     /// Whether anything lies between the origin and `t_max`: true exactly if [`Self::closest`] finds something.
     pub fn occluded(&self, geometry: &Geometry, ray: &Ray, worker: &mut Worker) -> bool {
-        let planes = geometry.plane_numbers();
+        let planes = geometry.range(Kind::Plane);
         if !planes.is_empty() {
             let (probe, mut best) = (Probe::from(ray), Best::within(ray.t_max));
             worker.counters.intersection_tests += u64::from(planes.end - planes.start);

@@ -1,0 +1,305 @@
+//! Primitives as columns, one set per kind, numbered through.
+//!
+//! After [`Geometry::finish`] numbers run over the kinds in a fixed order (spheres, triangles, boxes, cones, placed
+//! shapes, triangles of meshes, instances of meshes, planes), so that the kind of a primitive is a comparison of its
+//! number. Where two primitives are met at the same distance the lower number wins, whatever finds them: pictures do
+//! not depend on the accelerator.
+//!
+//! A mesh of one entity stands in the world: its triangles have numbers of their own. A mesh that several entities
+//! share is a [`Model`] in its own space, and each [`Instance`] of it is one number.
+
+mod bounds;
+mod meet;
+mod meshes;
+mod points;
+mod solid;
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use glam::{DAffine3, Vec3};
+
+use super::ray::Ray;
+use super::shapes::Frustum;
+use crate::components::MeshData;
+pub use bounds::Bounds;
+pub use meet::Best;
+pub use meshes::{Instance, Model, Part};
+pub use solid::LocalShape;
+use solid::{Placed, cone_bounds};
+
+/// Which sides of a primitive are there for rays.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sides {
+    #[default]
+    Both,
+    /// Only the outside.
+    Front,
+    /// Only the inside.
+    Back,
+}
+
+impl Sides {
+    #[inline]
+    pub fn shows(self, front: bool) -> bool {
+        match self {
+            Sides::Both => true,
+            Sides::Front => front,
+            Sides::Back => !front,
+        }
+    }
+}
+
+/// What a primitive belongs to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tag {
+    /// Authored index of the entity.
+    pub entity: u32,
+    /// Index of the material.
+    pub material: u32,
+    pub sides: Sides,
+}
+
+/// The kinds of primitives, in the order of their numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    Sphere,
+    Triangle,
+    Box,
+    Cone,
+    Placed,
+    /// A triangle of a mesh that stands in the world.
+    MeshTriangle,
+    Instance,
+    /// Without bounds.
+    Plane,
+}
+
+const KINDS: [Kind; 8] = [
+    Kind::Sphere,
+    Kind::Triangle,
+    Kind::Box,
+    Kind::Cone,
+    Kind::Placed,
+    Kind::MeshTriangle,
+    Kind::Instance,
+    Kind::Plane,
+];
+
+/// Number of a flat triangle's shading normals.
+const FLAT: u32 = u32::MAX;
+
+/// All primitives of a frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Geometry {
+    /// Centre and radius.
+    spheres: Vec<[f32; 4]>,
+    triangles: Vec<[Vec3; 3]>,
+    /// Index into `normals` per triangle.
+    shading: Vec<u32>,
+    normals: Vec<[Vec3; 3]>,
+    boxes: Vec<[Vec3; 2]>,
+    cones: Vec<Frustum>,
+    placed: Vec<Placed>,
+    parts: Vec<Part>,
+    models: Vec<Model>,
+    instances: Vec<Instance>,
+    /// Point and unit normal.
+    planes: Vec<[Vec3; 2]>,
+    /// Bounds of cones, then of placed shapes: what their hits are held to.
+    solid_bounds: Vec<Bounds>,
+    /// Tags by kind; those of mesh triangles are with their part.
+    tags: [Vec<Tag>; KINDS.len()],
+    mesh_triangles: usize,
+    /// Number at which each kind ends.
+    ends: [u32; KINDS.len()],
+    bounds: Bounds,
+    reach: f32,
+}
+
+impl Geometry {
+    pub fn push_sphere(&mut self, tag: Tag, center: Vec3, radius: f32) {
+        self.spheres.push([center.x, center.y, center.z, radius]);
+        self.tags[Kind::Sphere as usize].push(tag);
+    }
+
+    /// Corners are counter-clockwise seen from the front; `normals` of any length shade it smoothly.
+    pub fn push_triangle(&mut self, tag: Tag, corners: [Vec3; 3], normals: Option<[Vec3; 3]>) {
+        self.triangles.push(corners);
+        self.shading.push(normals.map_or(FLAT, |_| self.normals.len() as u32));
+        self.normals.extend(normals);
+        self.tags[Kind::Triangle as usize].push(tag);
+    }
+
+    /// A box along the world's axes.
+    pub fn push_box(&mut self, tag: Tag, min: Vec3, max: Vec3) {
+        self.boxes.push([min, max]);
+        self.tags[Kind::Box as usize].push(tag);
+    }
+
+    pub fn push_cone(&mut self, tag: Tag, base: Vec3, base_radius: f32, apex: Vec3, apex_radius: f32, capped: bool) {
+        self.cones.push(Frustum::new(base, base_radius, apex, apex_radius, capped));
+        self.tags[Kind::Cone as usize].push(tag);
+    }
+
+    /// Any shape under any invertible affine map.
+    pub fn push_placed(&mut self, tag: Tag, shape: LocalShape, to_world: &DAffine3) {
+        self.placed.push(Placed::new(shape, to_world));
+        self.tags[Kind::Placed as usize].push(tag);
+    }
+
+    /// A mesh whose triangles become primitives; `smooth` shades it by the normals of its vertices.
+    pub fn push_mesh(&mut self, tag: Tag, mesh: &Arc<MeshData>, smooth: bool, to_world: &DAffine3) {
+        self.mesh_triangles += mesh.triangles.len();
+        self.parts.push(Part::new(tag, mesh, smooth, to_world));
+    }
+
+    /// A mesh that is stored once however often it is used.
+    pub fn push_instance(&mut self, tag: Tag, mesh: &Arc<MeshData>, smooth: bool, to_world: &DAffine3) {
+        // The latest are the likeliest.
+        let known = self.models.iter().rposition(|m| Arc::ptr_eq(&m.mesh, mesh) && m.smooth == smooth);
+        let model = known.unwrap_or_else(|| {
+            self.models.push(Model::new(mesh, smooth));
+            self.models.len() - 1
+        });
+        self.instances.push(Instance::new(model as u32, &self.models[model], to_world));
+        self.tags[Kind::Instance as usize].push(tag);
+    }
+
+    /// `normal` is unit.
+    pub fn push_plane(&mut self, tag: Tag, point: Vec3, normal: Vec3) {
+        self.planes.push([point, normal]);
+        self.tags[Kind::Plane as usize].push(tag);
+    }
+
+    /// Numbers the primitives and computes what is derived; to be called once, after the last push.
+    pub fn finish(&mut self) {
+        let mut end = 0;
+        for kind in KINDS {
+            if kind == Kind::MeshTriangle {
+                for part in &mut self.parts {
+                    part.first = end;
+                    end += part.mesh.triangles.len() as u32;
+                }
+            }
+            end += self.tags[kind as usize].len() as u32;
+            self.ends[kind as usize] = end;
+        }
+        let cones = self.cones.iter().map(cone_bounds);
+        self.solid_bounds = cones.chain(self.placed.iter().map(Placed::bounds)).collect();
+        let loose = (0..self.range(Kind::Placed).end).fold(Bounds::default(), |b, n| b.union(self.bounds_of(n)));
+        let parts = self.parts.iter().map(Part::bounds);
+        self.bounds = parts.chain(self.instances.iter().map(|i| i.bounds)).fold(loose, Bounds::union);
+        self.reach = self.bounds.size().length();
+    }
+
+    /// Number of primitives so far.
+    pub fn len(&self) -> usize {
+        self.mesh_triangles + self.tags.iter().map(Vec::len).sum::<usize>()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Primitives below this number have bounds; planes follow.
+    pub fn finite(&self) -> u32 {
+        self.ends[Kind::Instance as usize]
+    }
+
+    /// Numbers of one kind.
+    pub fn range(&self, kind: Kind) -> Range<u32> {
+        let start = if kind == Kind::Sphere { 0 } else { self.ends[kind as usize - 1] };
+        start..self.ends[kind as usize]
+    }
+
+    pub fn kind_of(&self, number: u32) -> Kind {
+        KINDS[self.ends.iter().position(|end| number < *end).unwrap_or(KINDS.len() - 1)]
+    }
+
+    /// What the primitive belongs to.
+    pub fn tag(&self, number: u32) -> Tag {
+        match self.kind_of(number) {
+            Kind::MeshTriangle => self.part_of(number).tag,
+            kind => self.tags[kind as usize][(number - self.range(kind).start) as usize],
+        }
+    }
+
+    /// The mesh that a mesh triangle is part of.
+    fn part_of(&self, number: u32) -> &Part {
+        &self.parts[self.parts.partition_point(|part| part.first <= number) - 1]
+    }
+
+    pub fn models(&self) -> &[Model] {
+        &self.models
+    }
+
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    pub fn instance(&self, number: u32) -> &Instance {
+        &self.instances[(number - self.range(Kind::Instance).start) as usize]
+    }
+
+    /// Centre and radius.
+    pub fn sphere(&self, number: u32) -> [f32; 4] {
+        self.spheres[number as usize]
+    }
+
+    /// Corners of a triangle, whether it stands alone or in a mesh.
+    pub fn corners(&self, number: u32) -> [Vec3; 3] {
+        let alone = self.range(Kind::Triangle);
+        if alone.contains(&number) {
+            return self.triangles[(number - alone.start) as usize];
+        }
+        let part = self.part_of(number);
+        part.corners(number - part.first)
+    }
+
+    /// Least and greatest corner of a box.
+    pub fn aabox(&self, number: u32) -> [Vec3; 2] {
+        self.boxes[(number - self.range(Kind::Box).start) as usize]
+    }
+
+    /// Bounds of all primitives but the planes.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// Bounds of one finite primitive, exact up to rounding.
+    pub fn bounds_of(&self, number: u32) -> Bounds {
+        match self.kind_of(number) {
+            Kind::Sphere => {
+                let [x, y, z, r] = self.sphere(number);
+                let c = Vec3::new(x, y, z);
+                Bounds { min: c - r, max: c + r }
+            }
+            Kind::Triangle | Kind::MeshTriangle => Bounds::around(&self.corners(number)),
+            Kind::Box => {
+                let [min, max] = self.aabox(number);
+                Bounds { min, max }
+            }
+            Kind::Cone | Kind::Placed => self.solid_bounds[(number - self.range(Kind::Cone).start) as usize],
+            Kind::Instance => self.instance(number).bounds,
+            Kind::Plane => Bounds::default(),
+        }
+    }
+
+    /// A ray that starts far from all finite primitives, moved up to them: distance moved, and the ray from there.
+    ///
+    /// Precision then does not depend on how far away the camera is. Whatever finds primitives goes through this.
+    #[inline]
+    pub fn approach(&self, ray: &Ray) -> (f32, Ray) {
+        let to_center = self.bounds.center() - ray.origin;
+        if self.bounds.is_empty() || to_center.length_squared() < 16.0 * self.reach * self.reach {
+            return (0.0, *ray);
+        }
+        let skip = (to_center.dot(ray.direction) - self.reach).max(0.0);
+        let origin = ray.origin + ray.direction * skip;
+        (skip, Ray { origin, t_max: ray.t_max - skip, ..*ray })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,326 @@
+//! Arithmetic on one number or on eight side by side: the only room with processor instructions in it.
+//!
+//! The tests of [`super::shapes`] are written once over [`Lanes`] and run on a single `f32`, on two SSE2 registers, on
+//! one AVX register or on plain arrays. Every lane does what the single number does, operation by operation, none of
+//! them fused, so that all widths give the same bits. Which width runs is decided once, from what the processor says of
+//! itself ([`Width::detect`]).
+
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use std::ops::{Add, Div, Mul, Sub};
+
+use glam::Vec3;
+
+#[cfg(target_arch = "x86_64")]
+pub use x86::{Avx2, Sse2};
+
+/// How many lanes of [`Wide`] types.
+pub const LANES: usize = 8;
+
+/// One `f32`, or several that go through the same operations.
+pub trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> {
+    type Mask: Copy;
+
+    fn splat(x: f32) -> Self;
+    /// `if self < other { self } else { other }`: the other where either is NaN.
+    fn min(self, other: Self) -> Self;
+    /// `if self > other { self } else { other }`: the other where either is NaN.
+    fn max(self, other: Self) -> Self;
+    fn abs(self) -> Self;
+    fn sqrt(self) -> Self;
+    /// False where either is NaN.
+    fn le(self, other: Self) -> Self::Mask;
+    fn lt(self, other: Self) -> Self::Mask;
+    /// True where either is NaN.
+    fn ne(self, other: Self) -> Self::Mask;
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    fn any(mask: Self::Mask) -> bool;
+}
+
+/// Eight lanes.
+pub trait Wide: Lanes {
+    fn load(from: &[f32; LANES]) -> Self;
+    fn store(self) -> [f32; LANES];
+    /// Lane i is bit i.
+    fn bits(mask: Self::Mask) -> u32;
+    /// Bit i is the top bit of number i.
+    fn top_bits(numbers: &[u32; LANES]) -> u32;
+    /// `self * factor - less`, perhaps fused: only for what cannot reach a pixel.
+    fn scale_sub(self, factor: Self, less: Self) -> Self;
+}
+
+/// Three coordinates.
+#[derive(Clone, Copy, Debug)]
+pub struct V3<L> {
+    pub x: L,
+    pub y: L,
+    pub z: L,
+}
+
+impl<L: Lanes> V3<L> {
+    #[inline(always)]
+    pub fn splat(v: Vec3) -> Self {
+        V3 { x: L::splat(v.x), y: L::splat(v.y), z: L::splat(v.z) }
+    }
+
+    /// In the order of operations of `glam`.
+    #[inline(always)]
+    pub fn dot(self, o: Self) -> L {
+        self.x * o.x + self.y * o.y + self.z * o.z
+    }
+
+    #[inline(always)]
+    pub fn scale(self, by: L) -> Self {
+        V3 { x: self.x * by, y: self.y * by, z: self.z * by }
+    }
+
+    #[inline(always)]
+    pub fn min(self, o: Self) -> Self {
+        V3 { x: self.x.min(o.x), y: self.y.min(o.y), z: self.z.min(o.z) }
+    }
+
+    #[inline(always)]
+    pub fn max(self, o: Self) -> Self {
+        V3 { x: self.x.max(o.x), y: self.y.max(o.y), z: self.z.max(o.z) }
+    }
+
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        V3 { x: self.x.abs(), y: self.y.abs(), z: self.z.abs() }
+    }
+
+    #[inline(always)]
+    pub fn max_element(self) -> L {
+        self.x.max(self.y).max(self.z)
+    }
+
+    #[inline(always)]
+    pub fn min_element(self) -> L {
+        self.x.min(self.y).min(self.z)
+    }
+}
+
+impl<L: Lanes> Add for V3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        V3 { x: self.x + o.x, y: self.y + o.y, z: self.z + o.z }
+    }
+}
+
+impl<L: Lanes> Sub for V3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        V3 { x: self.x - o.x, y: self.y - o.y, z: self.z - o.z }
+    }
+}
+
+impl<L: Lanes> Mul for V3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, o: Self) -> Self {
+        V3 { x: self.x * o.x, y: self.y * o.y, z: self.z * o.z }
+    }
+}
+
+impl Lanes for f32 {
+    type Mask = bool;
+
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f32::abs(self)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f32::sqrt(self)
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> bool {
+        self <= other
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn ne(self, other: Self) -> bool {
+        self != other
+    }
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+    #[inline(always)]
+    fn both(a: bool, b: bool) -> bool {
+        a & b
+    }
+    #[inline(always)]
+    fn either(a: bool, b: bool) -> bool {
+        a | b
+    }
+    #[inline(always)]
+    fn any(mask: bool) -> bool {
+        mask
+    }
+}
+
+/// Eight lanes on any processor.
+#[derive(Clone, Copy, Debug)]
+pub struct Plain([f32; LANES]);
+
+impl Plain {
+    #[inline(always)]
+    fn zip(self, o: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        Plain(std::array::from_fn(|i| f(self.0[i], o.0[i])))
+    }
+
+    #[inline(always)]
+    fn compare(self, o: Self, f: impl Fn(&f32, &f32) -> bool) -> u32 {
+        (0..LANES).fold(0, |bits, i| bits | u32::from(f(&self.0[i], &o.0[i])) << i)
+    }
+}
+
+macro_rules! plain_operator {
+    ($($trait:ident $method:ident $op:tt),*) => { $(
+        impl $trait for Plain {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, o: Self) -> Self {
+                self.zip(o, |a, b| a $op b)
+            }
+        }
+    )* };
+}
+plain_operator!(Add add +, Sub sub -, Mul mul *, Div div /);
+
+impl Lanes for Plain {
+    type Mask = u32;
+
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        Plain([x; LANES])
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.zip(other, Lanes::min)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.zip(other, Lanes::max)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Plain(self.0.map(f32::abs))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Plain(self.0.map(f32::sqrt))
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> u32 {
+        self.compare(other, |a, b| a <= b)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> u32 {
+        self.compare(other, |a, b| a < b)
+    }
+    #[inline(always)]
+    fn ne(self, other: Self) -> u32 {
+        self.compare(other, |a, b| a != b)
+    }
+    #[inline(always)]
+    fn select(mask: u32, yes: Self, no: Self) -> Self {
+        Plain(std::array::from_fn(|i| if mask >> i & 1 == 1 { yes.0[i] } else { no.0[i] }))
+    }
+    #[inline(always)]
+    fn both(a: u32, b: u32) -> u32 {
+        a & b
+    }
+    #[inline(always)]
+    fn either(a: u32, b: u32) -> u32 {
+        a | b
+    }
+    #[inline(always)]
+    fn any(mask: u32) -> bool {
+        mask != 0
+    }
+}
+
+impl Wide for Plain {
+    #[inline(always)]
+    fn load(from: &[f32; LANES]) -> Self {
+        Plain(*from)
+    }
+    #[inline(always)]
+    fn store(self) -> [f32; LANES] {
+        self.0
+    }
+    #[inline(always)]
+    fn bits(mask: u32) -> u32 {
+        mask
+    }
+    #[inline(always)]
+    fn top_bits(numbers: &[u32; LANES]) -> u32 {
+        (0..LANES).fold(0, |bits, i| bits | (numbers[i] >> 31) << i)
+    }
+    #[inline(always)]
+    fn scale_sub(self, factor: Self, less: Self) -> Self {
+        self * factor - less
+    }
+}
+
+/// What the eight lanes are made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Width {
+    /// Arrays: any processor.
+    Plain,
+    /// Two registers of four.
+    #[cfg(target_arch = "x86_64")]
+    Sse2,
+    /// One register of eight; needs AVX2 and FMA.
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+}
+
+impl Width {
+    /// The widest that this processor has.
+    pub fn detect() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+                return Width::Avx2;
+            }
+            Width::Sse2
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        Width::Plain
+    }
+
+    /// Every width that this processor has.
+    pub fn all() -> Vec<Self> {
+        #[cfg(target_arch = "x86_64")]
+        {
+            let mut all = vec![Width::Plain, Width::Sse2];
+            all.extend((Width::detect() == Width::Avx2).then_some(Width::Avx2));
+            all
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        vec![Width::Plain]
+    }
+}
