@@ -52,6 +52,8 @@ choice! {
         Auto,
         /// A uniform grid with mailboxes.
         Grid,
+        /// A tree of boxes, eight wide, by the surface area heuristic.
+        Bvh,
         /// Every primitive is tested: slow, and the oracle for the others.
         Brute,
     }

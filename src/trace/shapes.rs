@@ -22,12 +22,14 @@ pub struct Probe {
     /// The axes in cyclic order, so that the ray runs mostly along the last.
     axes: [usize; 3],
     /// What moves the ray onto the last axis: x -= shear[0] z, y -= shear[1] z, and z shear[2] is the distance.
-    shear: [f32; 3],
+    shear: Vec3,
+    turned_origin: Vec3,
+    turned_inverse: Vec3,
 }
 
 /// 1 / x, finite: 0 times it is 0, and no test meets a NaN.
 fn finite_recip(x: f32) -> f32 {
-    const LEAST: f32 = 1e-30;
+    const LEAST: f32 = 1e-18;
     if x.abs() < LEAST { (1.0 / LEAST).copysign(x) } else { 1.0 / x }
 }
 
@@ -44,8 +46,16 @@ impl Probe {
         let axes = [(last + 1) % 3, (last + 2) % 3, last];
         let inverse = direction.map(finite_recip);
         let along = inverse[last];
-        let shear = [direction[axes[0]] * along, direction[axes[1]] * along, along];
-        Probe { origin, direction, inverse, axes, shear }
+        let shear = Vec3::new(direction[axes[0]] * along, direction[axes[1]] * along, along);
+        let turned = |v: Vec3| Vec3::new(v[axes[0]], v[axes[1]], v[axes[2]]);
+        let (turned_origin, turned_inverse) = (turned(origin), turned(inverse));
+        Probe { origin, direction, inverse, axes, shear, turned_origin, turned_inverse }
+    }
+
+    /// Coordinates in the order in which [`triangle`] wants them.
+    #[inline(always)]
+    pub fn turned(&self, v: Vec3) -> Vec3 {
+        Vec3::new(v[self.axes[0]], v[self.axes[1]], v[self.axes[2]])
     }
 
     #[inline(always)]
@@ -55,9 +65,9 @@ impl Probe {
             direction: V3::splat(self.direction),
             inverse: V3::splat(self.inverse),
             axes: self.axes,
-            turned_origin: self.axes.map(|axis| L::splat(self.origin[axis])),
-            turned_inverse: self.axes.map(|axis| L::splat(self.inverse[axis])),
-            shear: self.shear.map(L::splat),
+            turned_origin: V3::splat(self.turned_origin),
+            turned_inverse: V3::splat(self.turned_inverse),
+            shear: V3::splat(self.shear),
         }
     }
 }
@@ -76,9 +86,9 @@ pub struct Beam<L> {
     pub inverse: V3<L>,
     /// The order in which [`triangle`] wants coordinates.
     pub axes: [usize; 3],
-    turned_origin: [L; 3],
-    turned_inverse: [L; 3],
-    shear: [L; 3],
+    turned_origin: V3<L>,
+    turned_inverse: V3<L>,
+    shear: V3<L>,
 }
 
 /// Whether lines meet spheres, and the distances at which they enter and leave.
@@ -117,13 +127,15 @@ const TRIANGLE_PAD: f32 = 2.0 * f32::EPSILON;
 
 /// Corners counter-clockwise from the front, each with its coordinates in the order of the beam's axes.
 #[inline(always)]
-pub fn triangle<L: Lanes>(ray: &Beam<L>, corners: [[L; 3]; 3]) -> Option<TriangleHits<L>> {
+pub fn triangle<L: Lanes>(ray: &Beam<L>, corners: [V3<L>; 3]) -> Option<TriangleHits<L>> {
     let zero = L::splat(0.0);
-    let o = ray.turned_origin;
-    let [a, b, c] = corners.map(|p| [p[0] - o[0], p[1] - o[1], p[2] - o[2]]);
-    let [sx, sy, sz] = ray.shear;
-    let sheared = |p: [L; 3]| (p[0] - sx * p[2], p[1] - sy * p[2]);
-    let ((ax, ay), (bx, by), (cx, cy)) = (sheared(a), sheared(b), sheared(c));
+    let a = corners[0] - ray.turned_origin;
+    let b = corners[1] - ray.turned_origin;
+    let c = corners[2] - ray.turned_origin;
+    let V3 { x: sx, y: sy, z: sz } = ray.shear;
+    let (ax, ay) = (a.x - sx * a.z, a.y - sy * a.z);
+    let (bx, by) = (b.x - sx * b.z, b.y - sy * b.z);
+    let (cx, cy) = (c.x - sx * c.z, c.y - sy * c.z);
     // Twice the area between each edge and the ray, seen along it: positive on one side of the edge.
     let u = cx * by - cy * bx;
     let v = ax * cy - ay * cx;
@@ -134,17 +146,17 @@ pub fn triangle<L: Lanes>(ray: &Beam<L>, corners: [[L; 3]; 3]) -> Option<Triangl
     }
     let area = u + v + w;
     let per_area = L::splat(1.0) / area;
-    let t = (u * a[2] + v * b[2] + w * c[2]) * sz * per_area;
+    let t = (u * a.z + v * b.z + w * c.z) * sz * per_area;
     // A sliver, or a ray that grazes, makes t rough and the signs too: hold both to the triangle's own bounds, where
     // an accelerator will look for it.
-    let low = [0, 1, 2].map(|k| a[k].min(b[k]).min(c[k]));
-    let high = [0, 1, 2].map(|k| a[k].max(b[k]).max(c[k]));
-    let size = |k: usize| low[k].abs().max(high[k].abs());
-    let pad = size(0).max(size(1)).max(size(2)) * L::splat(TRIANGLE_PAD);
-    let ends = |k: usize| ((low[k] - pad) * ray.turned_inverse[k], (high[k] + pad) * ray.turned_inverse[k]);
-    let ((x0, x1), (y0, y1), (z0, z1)) = (ends(0), ends(1), ends(2));
-    let near = x0.min(x1).max(y0.min(y1)).max(z0.min(z1));
-    let far = x0.max(x1).min(y0.max(y1)).min(z0.max(z1));
+    let low = a.min(b).min(c);
+    let high = a.max(b).max(c);
+    let pad = low.abs().max(high.abs()).max_element() * L::splat(TRIANGLE_PAD);
+    let pad = V3 { x: pad, y: pad, z: pad };
+    let low = (low - pad) * ray.turned_inverse;
+    let high = (high + pad) * ray.turned_inverse;
+    let near = low.min(high).max_element();
+    let far = low.max(high).min_element();
     let t = t.max(near).min(far);
     let hit = L::both(L::both(inside, area.ne(zero)), L::both(near.le(far), zero.lt(t)));
     Some(TriangleHits { t, u: v * per_area, v: w * per_area, front: zero.lt(area * sz), hit })
@@ -267,7 +279,7 @@ mod tests {
     }
 
     fn triangle(probe: &Probe, corners: &[Vec3; 3]) -> Option<(f32, f32, f32, bool)> {
-        let turned = corners.map(|p| probe.axes.map(|axis| p[axis]));
+        let turned = corners.map(|p| V3::splat(probe.turned(p)));
         let hits = super::triangle::<f32>(&probe.beam(), turned)?;
         hits.hit.then_some((hits.t, hits.u, hits.v, hits.front))
     }

@@ -56,6 +56,10 @@ impl Grid {
         grid
     }
 
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.starts[..]) + size_of_val(&self.members[..])
+    }
+
     /// Lists the members of every cell in two passes: count, then place.
     fn fill<I: Iterator<Item = usize>>(&mut self, boxes: &[Bounds], pad: f32, members: impl Fn() -> I) {
         let total = self.cells.iter().map(|c| *c as usize).product::<usize>();

@@ -1,23 +1,24 @@
-//! What finds the primitive along a ray: brute force, or a uniform grid.
+//! What finds the primitive along a ray: brute force, a uniform grid, or a tree of boxes.
 //!
 //! Both share one front: far rays are moved up to the scene, then finite primitives and infinite planes are met, always
 //! by the same tests and with the same rule for ties. The answer is therefore the same to the bit; only the cost
 //! differs. A [`Worker`] belongs to one thread; what it counts for a ray is a function of that ray alone.
 
+mod bvh;
 mod grid;
 
 use super::geometry::{Best, Kind};
 use super::shapes::Probe;
+use super::simd::Width;
 use super::{Counters, Geometry, Hit, Ray};
 use crate::components::Accel;
+use bvh::{Bvh, Packet, RAYS};
 use grid::Grid;
-
-/// Below this many primitives a walk through cells costs more than it saves.
-const FEW: u32 = 12;
 
 pub enum Accelerator {
     Brute,
     Grid(Box<Grid>),
+    Bvh(Box<Bvh>),
 }
 
 /// Slots of a mailbox: enough for the primitives that a ray meets again in neighbouring cells.
@@ -29,11 +30,13 @@ pub struct Worker {
     /// Primitive and ray of the last test in each slot; a slot that was taken over only costs a second test.
     mailbox: [(u32, u32); SLOTS],
     ray: u32,
+    /// Children of nodes that are still to be visited, nearest last.
+    stack: Vec<u64>,
 }
 
 impl Default for Worker {
     fn default() -> Self {
-        Worker { counters: Counters::default(), mailbox: [(u32::MAX, 0); SLOTS], ray: 0 }
+        Worker { counters: Counters::default(), mailbox: [(u32::MAX, 0); SLOTS], ray: 0, stack: Vec::new() }
     }
 }
 
@@ -61,8 +64,17 @@ impl Accelerator {
     pub fn build(geometry: &Geometry, choice: Accel, density: f64) -> Self {
         match choice {
             Accel::Brute => Accelerator::Brute,
-            Accel::Auto if geometry.finite() <= FEW => Accelerator::Brute,
-            Accel::Auto | Accel::Grid => Accelerator::Grid(Box::new(Grid::build(geometry, density))),
+            Accel::Grid => Accelerator::Grid(Box::new(Grid::build(geometry, density))),
+            Accel::Auto | Accel::Bvh => Accelerator::Bvh(Box::new(Bvh::build(geometry, Width::detect()))),
+        }
+    }
+
+    /// Memory of the structure, without the primitives it is built over.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Accelerator::Brute => 0,
+            Accelerator::Grid(grid) => grid.bytes(),
+            Accelerator::Bvh(bvh) => bvh.bytes(),
         }
     }
 
@@ -70,6 +82,7 @@ impl Accelerator {
         match self {
             Accelerator::Brute => "brute",
             Accelerator::Grid(_) => "grid",
+            Accelerator::Bvh(_) => "bvh",
         }
     }
 
@@ -78,17 +91,58 @@ impl Accelerator {
         let (skip, near_ray) = geometry.approach(ray);
         let mut finite = Best::within(near_ray.t_max);
         self.finite::<false>(geometry, &Probe::from(&near_ray), &mut finite, worker);
-        let mut best = Best::within(ray.t_max);
-        if finite.found {
-            best = Best { t: skip + finite.t, ..finite };
+        with_planes(geometry, ray, skip, finite, worker)
+    }
+
+    /// [`Self::closest`] of many rays: those that go the same way side by side cost less.
+    pub fn closest_all(
+        &self,
+        geometry: &Geometry,
+        rays: &[Ray],
+        worker: &mut Worker,
+        mut found: impl FnMut(usize, Option<Hit>),
+    ) {
+        let Accelerator::Bvh(bvh) = self else {
+            return rays.iter().enumerate().for_each(|(i, ray)| found(i, self.closest(geometry, ray, worker)));
+        };
+        for (chunk, rays) in rays.chunks(RAYS).enumerate() {
+            let (skips, mut packet) = pack(geometry, rays);
+            if packet.coherent() {
+                bvh.walk_packet::<false>(geometry, &mut packet, worker);
+            } else {
+                for (probe, best) in packet.probes.iter().zip(&mut packet.bests).take(rays.len()) {
+                    bvh.walk::<false>(geometry, probe, best, worker);
+                }
+            }
+            for (i, ray) in rays.iter().enumerate() {
+                found(chunk * RAYS + i, with_planes(geometry, ray, skips[i], packet.bests[i], worker));
+            }
         }
-        let planes = geometry.range(Kind::Plane);
-        if !planes.is_empty() {
-            let probe = Probe::from(ray);
-            worker.counters.intersection_tests += u64::from(planes.end - planes.start);
-            planes.for_each(|n| geometry.test(n, &probe, &mut best));
+    }
+
+    /// [`Self::occluded`] of many rays.
+    pub fn occluded_all(
+        &self,
+        geometry: &Geometry,
+        rays: &[Ray],
+        worker: &mut Worker,
+        mut found: impl FnMut(usize, bool),
+    ) {
+        let planes = !geometry.range(Kind::Plane).is_empty();
+        let Accelerator::Bvh(bvh) = self else {
+            return rays.iter().enumerate().for_each(|(i, ray)| found(i, self.occluded(geometry, ray, worker)));
+        };
+        for (chunk, rays) in rays.chunks(RAYS).enumerate() {
+            let (_, mut packet) = pack(geometry, rays);
+            if planes || !packet.coherent() {
+                rays.iter().enumerate().for_each(|(i, ray)| {
+                    found(chunk * RAYS + i, self.occluded(geometry, ray, worker));
+                });
+                continue;
+            }
+            bvh.walk_packet::<true>(geometry, &mut packet, worker);
+            (0..rays.len()).for_each(|i| found(chunk * RAYS + i, packet.bests[i].found));
         }
-        best.found.then_some(Hit { t: best.t, primitive: best.primitive, element: best.element, u: best.u, v: best.v })
     }
 
     /// Whether anything lies between the origin and `t_max`: true exactly if [`Self::closest`] finds something.
@@ -121,8 +175,35 @@ impl Accelerator {
                 }
             }
             Accelerator::Grid(grid) => grid.walk::<ANY>(geometry, probe, best, worker),
+            Accelerator::Bvh(bvh) => bvh.walk::<ANY>(geometry, probe, best, worker),
         }
     }
+}
+
+/// The nearer of the hit among the finite primitives and those of the planes.
+fn with_planes(geometry: &Geometry, ray: &Ray, skip: f32, finite: Best, worker: &mut Worker) -> Option<Hit> {
+    let mut best = Best::within(ray.t_max);
+    if finite.found {
+        best = Best { t: skip + finite.t, ..finite };
+    }
+    let planes = geometry.range(Kind::Plane);
+    if !planes.is_empty() {
+        let probe = Probe::from(ray);
+        worker.counters.intersection_tests += u64::from(planes.end - planes.start);
+        planes.for_each(|n| geometry.test(n, &probe, &mut best));
+    }
+    let Best { t, primitive, element, u, v, .. } = best;
+    best.found.then_some(Hit { t, primitive, element, u, v })
+}
+
+/// Up to eight rays as a packet, the last repeated where there are fewer; and how far each was moved up.
+fn pack(geometry: &Geometry, rays: &[Ray]) -> ([f32; RAYS], Packet) {
+    let approached: [(f32, Ray); RAYS] = std::array::from_fn(|i| geometry.approach(&rays[i.min(rays.len() - 1)]));
+    let packet = Packet {
+        probes: std::array::from_fn(|i| Probe::from(&approached[i].1)),
+        bests: std::array::from_fn(|i| Best::within(approached[i].1.t_max)),
+    };
+    (approached.map(|(skip, _)| skip), packet)
 }
 
 #[cfg(test)]

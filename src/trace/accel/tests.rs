@@ -1,9 +1,12 @@
-//! The grid against its oracle: the same hits to the bit, whatever stands where.
+//! Grid and tree against their oracle: the same hits to the bit, whatever stands where.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use proptest::prelude::*;
 
+use std::sync::Arc;
+
 use super::*;
+use crate::components::MeshData;
 use crate::trace::geometry::{LocalShape, Sides, Tag};
 
 /// Coordinates that often coincide: lattice points as well as arbitrary ones.
@@ -19,11 +22,20 @@ fn point() -> impl Strategy<Value = Vec3> {
 struct Piece(u8, Vec3, Vec3, Vec3, f32);
 
 fn piece() -> impl Strategy<Value = Piece> {
-    (0u8..7, point(), point(), point(), 0.01f32..1.5).prop_map(|(k, a, b, c, r)| Piece(k, a, b, c, r))
+    (0u8..10, point(), point(), point(), 0.01f32..1.5).prop_map(|(k, a, b, c, r)| Piece(k, a, b, c, r))
+}
+
+/// A strip of triangles that folds back and touches itself.
+fn mesh() -> Arc<MeshData> {
+    let vertices: Vec<Vec3> =
+        (0..22).map(|i| Vec3::new((i / 2 % 7) as f32 * 0.2, (i % 2) as f32 * 0.3, (i / 2 % 3) as f32 * 0.1)).collect();
+    let triangles = (0..20).map(|i| if i % 2 == 0 { [i, i + 1, i + 2] } else { [i + 1, i, i + 2] }).collect();
+    Arc::new(MeshData::new(vertices, triangles, Vec::new()))
 }
 
 fn build(pieces: &[Piece]) -> Geometry {
     let mut geometry = Geometry::default();
+    let shared = mesh();
     for (i, Piece(kind, a, b, c, r)) in pieces.iter().enumerate() {
         let sides = [Sides::Both, Sides::Front, Sides::Back][i % 3];
         let tag = Tag { entity: i as u32, material: 0, sides };
@@ -38,6 +50,15 @@ fn build(pieces: &[Piece]) -> Geometry {
                 let map = DAffine3 { matrix3: m, translation: a.as_dvec3() };
                 geometry.push_placed(tag, LocalShape::Sphere { center: Vec3::ZERO, radius: 0.5 }, &map);
             }
+            7 => {
+                let map = DAffine3::from_rotation_y(f64::from(*r)) * DAffine3::from_translation(a.as_dvec3());
+                geometry.push_mesh(tag, &mesh(), i % 2 == 0, &map);
+            }
+            8 => {
+                let m = DMat3::from_cols(DVec3::X * f64::from(*r), DVec3::new(0.3, -0.8, 0.0), DVec3::Z * 0.7);
+                let map = DAffine3 { matrix3: m, translation: a.as_dvec3() };
+                geometry.push_instance(tag, &shared, false, &map);
+            }
             6 if i % 5 == 0 => geometry.push_plane(tag, *a, b.normalize_or(Vec3::Y)),
             _ => geometry.push_triangle(tag, [*a, *b, *c], None),
         }
@@ -49,13 +70,14 @@ fn build(pieces: &[Piece]) -> Geometry {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
     #[test]
-    fn grid_and_brute_force_agree_to_the_bit(
+    fn all_agree_with_brute_force_to_the_bit(
         pieces in prop::collection::vec(piece(), 0..60),
         rays in prop::collection::vec((point(), point(), 0u8..4), 1..20),
         density in 0.2f64..20.0,
     ) {
         let geometry = build(&pieces);
-        let grid = Accelerator::build(&geometry, Accel::Grid, density);
+        let mut others = vec![Accelerator::build(&geometry, Accel::Grid, density)];
+        others.extend(Width::all().into_iter().map(|w| Accelerator::Bvh(Box::new(Bvh::build(&geometry, w)))));
         let mut worker = Worker::default();
         for (from, to, kind) in rays {
             let from = if kind == 3 { from * 1e4 } else { from };
@@ -65,9 +87,11 @@ proptest! {
             }
             let ray = Ray { origin: from, direction, t_max: if kind == 2 { 3.0 } else { f32::INFINITY } };
             let expected = Accelerator::Brute.closest(&geometry, &ray, &mut Worker::default());
-            let found = grid.closest(&geometry, &ray, &mut worker);
-            prop_assert_eq!(found, expected);
-            prop_assert_eq!(grid.occluded(&geometry, &ray, &mut worker), expected.is_some());
+            for other in &others {
+                let found = other.closest(&geometry, &ray, &mut worker);
+                prop_assert_eq!(found, expected, "{}", other.name());
+                prop_assert_eq!(other.occluded(&geometry, &ray, &mut worker), expected.is_some());
+            }
             prop_assert_eq!(Accelerator::Brute.occluded(&geometry, &ray, &mut worker), expected.is_some());
         }
     }

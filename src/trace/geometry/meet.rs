@@ -117,8 +117,7 @@ impl Geometry {
 }
 
 fn meet(probe: &Probe, corners: &[Vec3; 3]) -> Option<(f32, f32, f32, bool)> {
-    let beam = probe.beam::<f32>();
-    let hits = triangle(&beam, corners.map(|p| beam.axes.map(|axis| p[axis])))?;
+    let hits = triangle::<f32>(&probe.beam(), corners.map(|p| V3::splat(probe.turned(p))))?;
     hits.hit.then_some((hits.t, hits.u, hits.v, hits.front))
 }
 

@@ -46,8 +46,6 @@ pub trait Wide: Lanes {
     fn store(self) -> [f32; LANES];
     /// Lane i is bit i.
     fn bits(mask: Self::Mask) -> u32;
-    /// Bit i is the top bit of number i.
-    fn top_bits(numbers: &[u32; LANES]) -> u32;
     /// `self * factor - less`, perhaps fused: only for what cannot reach a pixel.
     fn scale_sub(self, factor: Self, less: Self) -> Self;
 }
@@ -276,13 +274,18 @@ impl Wide for Plain {
         mask
     }
     #[inline(always)]
-    fn top_bits(numbers: &[u32; LANES]) -> u32 {
-        (0..LANES).fold(0, |bits, i| bits | (numbers[i] >> 31) << i)
-    }
-    #[inline(always)]
     fn scale_sub(self, factor: Self, less: Self) -> Self {
         self * factor - less
     }
+}
+
+/// Asks for memory that will be read soon.
+#[inline(always)]
+pub fn prefetch<T>(wanted: &T) {
+    #[cfg(target_arch = "x86_64")]
+    x86::prefetch(wanted);
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = wanted;
 }
 
 /// What the eight lanes are made of.

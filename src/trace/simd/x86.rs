@@ -121,10 +121,6 @@ impl Wide for Avx2 {
         (unsafe { _mm256_movemask_ps(mask) }) as u32
     }
     #[inline(always)]
-    fn top_bits(numbers: &[u32; LANES]) -> u32 {
-        (unsafe { _mm256_movemask_ps(_mm256_loadu_ps(numbers.as_ptr().cast())) }) as u32
-    }
-    #[inline(always)]
     fn scale_sub(self, factor: Self, less: Self) -> Self {
         Avx2(unsafe { _mm256_fmsub_ps(self.0, factor.0, less.0) })
     }
@@ -206,12 +202,17 @@ impl Wide for Sse2 {
         low | high << 4
     }
     #[inline(always)]
-    fn top_bits(numbers: &[u32; LANES]) -> u32 {
-        let p: *const f32 = numbers.as_ptr().cast();
-        Self::bits(unsafe { [_mm_loadu_ps(p), _mm_loadu_ps(p.add(4))] })
-    }
-    #[inline(always)]
     fn scale_sub(self, factor: Self, less: Self) -> Self {
         self * factor - less
+    }
+}
+
+/// Asks for every cache line of it.
+#[inline(always)]
+pub fn prefetch<T>(wanted: &T) {
+    let start: *const i8 = std::ptr::from_ref(wanted).cast();
+    for line in 0..size_of::<T>() / 64 {
+        // SAFETY: an address inside `wanted`; the instruction reads nothing.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(start.add(64 * line)) };
     }
 }

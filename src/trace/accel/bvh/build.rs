@@ -1,0 +1,393 @@
+//! Building a tree: surface area heuristic over bins, top down (Wald 2007), the same tree on any number of threads.
+//!
+//! Ranges of references are split in two until a node has eight children, the one with the largest surface first, so
+//! that what a wide node skips is the least likely to be met. Costs count leaves in blocks of eight, which fills them.
+
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+use super::{Boxes, Child, Held, LANES, Model, Node, Source, Spheres, Tree, Triangles};
+use crate::trace::Geometry;
+use crate::trace::geometry::Bounds;
+
+/// Slices of an axis among which a split is chosen.
+const BINS: usize = 32;
+
+/// Ranges above this are binned on all threads, and their children built on all threads.
+const FORK: usize = 16 * 1024;
+
+/// Deeper than this, ranges are split in the middle: the stack of a walk stays bounded.
+const DEEPEST: usize = 40;
+
+pub fn world(geometry: &Geometry) -> Tree {
+    build(geometry, geometry.finite())
+}
+
+pub fn model(model: &Model) -> Tree {
+    build(model, model.mesh.triangles.len() as u32)
+}
+
+/// A primitive while it is being sorted: its box, with number and kind in the fourth coordinates.
+#[derive(Clone, Copy)]
+struct Ref {
+    low: Vec4,
+    high: Vec4,
+}
+
+impl Ref {
+    fn new(bounds: Bounds, number: u32, held: Held) -> Self {
+        let low = bounds.min.extend(f32::from_bits(number));
+        Ref { low, high: bounds.max.extend(f32::from_bits(held as u32)) }
+    }
+
+    fn number(&self) -> u32 {
+        self.low.w.to_bits()
+    }
+
+    fn held(&self) -> u32 {
+        self.high.w.to_bits()
+    }
+
+    /// Twice the middle of the box.
+    fn middle(&self) -> Vec4 {
+        self.low + self.high
+    }
+}
+
+/// A box whose fourth coordinates mean nothing.
+#[derive(Clone, Copy)]
+struct Extent {
+    low: Vec4,
+    high: Vec4,
+}
+
+impl Extent {
+    const EMPTY: Extent = Extent { low: Vec4::splat(f32::INFINITY), high: Vec4::splat(f32::NEG_INFINITY) };
+
+    #[inline]
+    fn add(&mut self, low: Vec4, high: Vec4) {
+        self.low = self.low.min(low);
+        self.high = self.high.max(high);
+    }
+
+    fn union(mut self, other: Extent) -> Self {
+        self.add(other.low, other.high);
+        self
+    }
+
+    fn half_area(&self) -> f32 {
+        let s = (self.high - self.low).max(Vec4::ZERO);
+        s.x * s.y + s.y * s.z + s.z * s.x
+    }
+}
+
+/// References side by side, with the bounds of their boxes and of their middles.
+struct Range<'a> {
+    refs: &'a mut [Ref],
+    bounds: Extent,
+    middles: Extent,
+}
+
+impl<'a> Range<'a> {
+    fn new(refs: &'a mut [Ref]) -> Self {
+        let (mut bounds, mut middles) = (Extent::EMPTY, Extent::EMPTY);
+        for r in refs.iter() {
+            bounds.add(r.low, r.high);
+            middles.add(r.middle(), r.middle());
+        }
+        Range { refs, bounds, middles }
+    }
+
+    fn mixed(&self) -> bool {
+        self.refs.iter().any(|r| r.held() != self.refs[0].held())
+    }
+
+    /// Whether it can be one leaf.
+    fn is_leaf(&self) -> bool {
+        self.refs.len() <= LANES && !self.mixed()
+    }
+}
+
+/// Where primitives fall along each axis.
+struct Bins {
+    count: usize,
+    base: Vec4,
+    scale: Vec4,
+    extents: [[Extent; BINS]; 3],
+    counts: [[u32; BINS]; 3],
+}
+
+impl Bins {
+    fn new(range: &Range) -> Self {
+        let count = BINS.min(4 + range.refs.len() / 16);
+        let size = range.middles.high - range.middles.low;
+        // Flat axes go to bin 0; the factor keeps the last middle inside the last bin.
+        let scale = size.map(|s| if s > 0.0 { count as f32 * 0.9999 / s } else { 0.0 });
+        let scale = scale.map(|s| if s.is_finite() { s } else { 0.0 });
+        Bins { count, base: range.middles.low, scale, extents: [[Extent::EMPTY; BINS]; 3], counts: [[0; BINS]; 3] }
+    }
+
+    #[inline]
+    fn place(&self, r: &Ref) -> [usize; 3] {
+        let at = (r.middle() - self.base) * self.scale;
+        // Below BINS by construction; `min` says so to the compiler.
+        [at.x as usize, at.y as usize, at.z as usize].map(|i| i.min(BINS - 1))
+    }
+
+    fn fill(&mut self, refs: &[Ref]) {
+        for r in refs {
+            for (axis, i) in self.place(r).into_iter().enumerate() {
+                self.extents[axis][i].add(r.low, r.high);
+                self.counts[axis][i] += 1;
+            }
+        }
+    }
+
+    fn merge(mut self, other: Bins) -> Self {
+        for axis in 0..3 {
+            for i in 0..BINS {
+                self.extents[axis][i] = self.extents[axis][i].union(other.extents[axis][i]);
+                self.counts[axis][i] += other.counts[axis][i];
+            }
+        }
+        self
+    }
+
+    /// The cheapest split: axis, and the first bin on its far side.
+    fn choose(&self) -> Option<(usize, usize)> {
+        let cost = |extent: &Extent, count: u32| extent.half_area() * (count.div_ceil(8) * 8 + count) as f32;
+        let mut best = (f32::INFINITY, None);
+        for axis in 0..3 {
+            if self.scale[axis] == 0.0 {
+                continue;
+            }
+            let mut above = [f32::INFINITY; BINS];
+            let (mut extent, mut count) = (Extent::EMPTY, 0);
+            for i in (1..self.count).rev() {
+                extent = extent.union(self.extents[axis][i]);
+                count += self.counts[axis][i];
+                if count > 0 {
+                    above[i] = cost(&extent, count);
+                }
+            }
+            let (mut extent, mut count) = (Extent::EMPTY, 0);
+            for i in 1..self.count {
+                extent = extent.union(self.extents[axis][i - 1]);
+                count += self.counts[axis][i - 1];
+                let total = cost(&extent, count) + above[i];
+                if count > 0 && total < best.0 {
+                    best = (total, Some((axis, i)));
+                }
+            }
+        }
+        best.1
+    }
+}
+
+fn split(range: Range, depth: usize) -> [Range; 2] {
+    if range.refs.len() <= LANES {
+        return by_kind(range);
+    }
+    let mut bins = Bins::new(&range);
+    if range.refs.len() > FORK {
+        let chunks = range.refs.par_chunks(FORK / 4).map(|refs| {
+            let mut bins = Bins::new(&range);
+            bins.fill(refs);
+            bins
+        });
+        bins = chunks.reduce(|| Bins::new(&range), Bins::merge);
+    } else {
+        bins.fill(range.refs);
+    }
+    let chosen = if depth > DEEPEST { None } else { bins.choose() };
+    let Some((axis, first)) = chosen else {
+        let (a, b) = range.refs.split_at_mut(range.refs.len() / 2);
+        return [Range::new(a), Range::new(b)];
+    };
+    let mut middles = [Extent::EMPTY; 2];
+    let (mut i, mut j) = (0, range.refs.len());
+    // Everything before i goes to the near side, everything from j to the far one.
+    while i < j {
+        let r = range.refs[i];
+        let side = usize::from(bins.place(&r)[axis] >= first);
+        middles[side].add(r.middle(), r.middle());
+        if side == 0 {
+            i += 1;
+        } else {
+            j -= 1;
+            range.refs.swap(i, j);
+        }
+    }
+    let side = |part: &[Extent]| part.iter().fold(Extent::EMPTY, |e, bin| e.union(*bin));
+    let bounds = [side(&bins.extents[axis][..first]), side(&bins.extents[axis][first..])];
+    let (a, b) = range.refs.split_at_mut(i);
+    [
+        Range { refs: a, bounds: bounds[0], middles: middles[0] },
+        Range { refs: b, bounds: bounds[1], middles: middles[1] },
+    ]
+}
+
+/// The kind of the first reference, and the others.
+fn by_kind(range: Range) -> [Range; 2] {
+    range.refs.sort_unstable_by_key(|r| (r.held(), r.number()));
+    let first = range.refs[0].held();
+    let (a, b) = range.refs.split_at_mut(range.refs.partition_point(|r| r.held() == first));
+    [Range::new(a), Range::new(b)]
+}
+
+fn build<S: Source>(source: &S, count: u32) -> Tree {
+    let make = |n: u32| Ref::new(source.bounds(n), n, source.held(n));
+    let mut refs: Vec<Ref> = (0..count).into_par_iter().with_min_len(4096).map(make).collect();
+    let range = Range::new(&mut refs);
+    let (low, high) = (range.bounds.low.truncate(), range.bounds.high.truncate());
+    let extent = if count == 0 { 0.0 } else { low.abs().max(high.abs()).max_element() };
+    let mut tree = Tree {
+        root: Child::NONE,
+        nodes: Vec::new(),
+        triangles: Vec::new(),
+        spheres: Vec::new(),
+        boxes: Vec::new(),
+        lists: Vec::new(),
+        extent,
+        stack: 0,
+    };
+    if count > 0 {
+        let depth;
+        (tree.root, depth) = grow(source, range, &mut tree, 0);
+        tree.stack = (LANES - 1) * depth + 1;
+    }
+    tree
+}
+
+/// Adds a range to the tree: the child that it becomes, and how many nodes deep it is.
+fn grow<S: Source>(source: &S, range: Range, tree: &mut Tree, depth: usize) -> (Child, usize) {
+    if range.is_leaf() {
+        return (leaf(source, range.refs, tree), 0);
+    }
+    let parallel = range.refs.len() > FORK;
+    let mut ranges = Vec::with_capacity(LANES);
+    ranges.push(range);
+    while ranges.len() < LANES {
+        let open = ranges.iter().enumerate().filter(|(_, r)| !r.is_leaf());
+        let Some((widest, _)) = open.max_by(|a, b| a.1.bounds.half_area().total_cmp(&b.1.bounds.half_area())) else {
+            break;
+        };
+        let [a, b] = split(ranges.swap_remove(widest), depth);
+        ranges.extend([a, b]);
+    }
+    let at = tree.nodes.len();
+    let mut node = Node { bounds: [[[0.0; LANES]; 2]; 3], children: [Child::NONE; LANES] };
+    for axis in 0..3 {
+        for child in 0..LANES {
+            let range = ranges.get(child);
+            node.bounds[axis][0][child] = range.map_or(f32::INFINITY, |r| r.bounds.low[axis]);
+            node.bounds[axis][1][child] = range.map_or(f32::NEG_INFINITY, |r| r.bounds.high[axis]);
+        }
+    }
+    tree.nodes.push(node);
+    let mut deepest = 0;
+    let mut set = |tree: &mut Tree, i: usize, (child, depth): (Child, usize)| {
+        tree.nodes[at].children[i] = child;
+        deepest = deepest.max(depth);
+    };
+    if parallel {
+        let grown: Vec<_> = ranges
+            .into_par_iter()
+            .map(|range| {
+                let mut branch = tree.branch();
+                let child = grow(source, range, &mut branch, depth + 1);
+                (branch, child)
+            })
+            .collect();
+        for (i, (branch, (child, below))) in grown.into_iter().enumerate() {
+            let child = tree.graft(branch, child);
+            set(tree, i, (child, below));
+        }
+    } else {
+        for (i, range) in ranges.into_iter().enumerate() {
+            let child = grow(source, range, tree, depth + 1);
+            set(tree, i, child);
+        }
+    }
+    (Child::new(Held::Node, 1, at), deepest + 1)
+}
+
+impl Tree {
+    fn branch(&self) -> Tree {
+        Tree {
+            root: Child::NONE,
+            nodes: Vec::new(),
+            triangles: Vec::new(),
+            spheres: Vec::new(),
+            boxes: Vec::new(),
+            lists: Vec::new(),
+            extent: self.extent,
+            stack: 0,
+        }
+    }
+
+    /// Takes over a branch; gives the child of it as it is numbered here.
+    fn graft(&mut self, mut branch: Tree, child: Child) -> Child {
+        let before = [self.nodes.len(), self.triangles.len(), self.spheres.len(), self.boxes.len(), self.lists.len()];
+        let moved =
+            |child: Child| if child == Child::NONE { child } else { child.moved(before[child.held() as usize]) };
+        for node in &mut branch.nodes {
+            node.children = node.children.map(moved);
+        }
+        self.nodes.append(&mut branch.nodes);
+        self.triangles.append(&mut branch.triangles);
+        self.spheres.append(&mut branch.spheres);
+        self.boxes.append(&mut branch.boxes);
+        self.lists.append(&mut branch.lists);
+        moved(child)
+    }
+}
+
+/// Writes up to eight primitives of one kind into a leaf.
+fn leaf<S: Source>(source: &S, refs: &mut [Ref], tree: &mut Tree) -> Child {
+    let mut numbers = [u32::MAX; LANES];
+    refs.iter().zip(&mut numbers).for_each(|(r, n)| *n = r.number());
+    let count = refs.len();
+    let all = &numbers[..count];
+    let put = |to: &mut [[f32; LANES]; 3], lane: usize, v: Vec3| (0..3).for_each(|axis| to[axis][lane] = v[axis]);
+    let held = source.held(numbers[0]);
+    let index = match held {
+        Held::Triangles => {
+            let mut block = Triangles { corners: [[[f32::NAN; LANES]; 3]; 3], numbers };
+            for (lane, n) in all.iter().enumerate() {
+                let corners = source.corners(*n);
+                (0..3).for_each(|corner| put(&mut block.corners[corner], lane, corners[corner]));
+                block.numbers[lane] = source.marked(*n);
+            }
+            tree.triangles.push(block);
+            tree.triangles.len()
+        }
+        Held::Spheres => {
+            let mut block = Spheres { center: [[f32::NAN; LANES]; 3], radius: [f32::NAN; LANES], numbers };
+            for (lane, n) in all.iter().enumerate() {
+                let [x, y, z, radius] = source.sphere(*n);
+                put(&mut block.center, lane, Vec3::new(x, y, z));
+                block.radius[lane] = radius;
+                block.numbers[lane] = source.marked(*n);
+            }
+            tree.spheres.push(block);
+            tree.spheres.len()
+        }
+        Held::Boxes => {
+            let mut block = Boxes { min: [[f32::NAN; LANES]; 3], max: [[f32::NAN; LANES]; 3], numbers };
+            for (lane, n) in all.iter().enumerate() {
+                let [min, max] = source.aabox(*n);
+                put(&mut block.min, lane, min);
+                put(&mut block.max, lane, max);
+                block.numbers[lane] = source.marked(*n);
+            }
+            tree.boxes.push(block);
+            tree.boxes.len()
+        }
+        Held::List | Held::Node => {
+            tree.lists.push(numbers);
+            tree.lists.len()
+        }
+    };
+    Child::new(held, count, index - 1)
+}
