@@ -20,7 +20,7 @@ pub struct Probe {
     /// 1 / direction; very large, not infinite, where that is 0.
     pub inverse: Vec3,
     /// The axes in cyclic order, so that the ray runs mostly along the last.
-    axes: [usize; 3],
+    pub axes: [usize; 3],
     /// What moves the ray onto the last axis: x -= shear[0] z, y -= shear[1] z, and z shear[2] is the distance.
     shear: Vec3,
     turned_origin: Vec3,
@@ -28,23 +28,32 @@ pub struct Probe {
 }
 
 /// 1 / x, finite: 0 times it is 0, and no test meets a NaN.
-fn finite_recip(x: f32) -> f32 {
+#[inline(always)]
+pub fn finite_recip<L: Lanes>(x: L) -> L {
     const LEAST: f32 = 1e-18;
-    if x.abs() < LEAST { (1.0 / LEAST).copysign(x) } else { 1.0 / x }
+    let (zero, most) = (L::splat(0.0), L::splat(1.0 / LEAST));
+    let most = L::select(x.lt(zero), zero - most, most);
+    L::select(x.abs().lt(L::splat(LEAST)), most, L::splat(1.0) / x)
+}
+
+/// The axis along which a ray mostly runs.
+#[inline(always)]
+pub fn dominant(direction: Vec3) -> usize {
+    let [x, y, z] = direction.abs().to_array();
+    if x > y && x > z {
+        0
+    } else if y > z {
+        1
+    } else {
+        2
+    }
 }
 
 impl Probe {
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
-        let [x, y, z] = direction.abs().to_array();
-        let last = if x > y && x > z {
-            0
-        } else if y > z {
-            1
-        } else {
-            2
-        };
+        let last = dominant(direction);
         let axes = [(last + 1) % 3, (last + 2) % 3, last];
-        let inverse = direction.map(finite_recip);
+        let inverse = direction.map(finite_recip::<f32>);
         let along = inverse[last];
         let shear = Vec3::new(direction[axes[0]] * along, direction[axes[1]] * along, along);
         let turned = |v: Vec3| Vec3::new(v[axes[0]], v[axes[1]], v[axes[2]]);
@@ -89,6 +98,31 @@ pub struct Beam<L> {
     turned_origin: V3<L>,
     turned_inverse: V3<L>,
     shear: V3<L>,
+}
+
+impl<L: Lanes> Beam<L> {
+    /// A ray of its own in every lane, all running mostly along the last of the axes: coordinates in their order.
+    #[inline(always)]
+    pub fn of_rays(axes: [usize; 3], origin: [L; 3], direction: [L; 3]) -> Self {
+        let [dx, dy, dz] = direction;
+        let inverse = [finite_recip(dx), finite_recip(dy), finite_recip(dz)];
+        Beam {
+            origin: world_order(axes, origin),
+            direction: world_order(axes, direction),
+            inverse: world_order(axes, inverse),
+            axes,
+            turned_origin: V3 { x: origin[0], y: origin[1], z: origin[2] },
+            turned_inverse: V3 { x: inverse[0], y: inverse[1], z: inverse[2] },
+            shear: V3 { x: dx * inverse[2], y: dy * inverse[2], z: inverse[2] },
+        }
+    }
+}
+
+/// Coordinates in the order x, y, z that stand in a cyclic order of the axes.
+#[inline(always)]
+fn world_order<L: Lanes>(axes: [usize; 3], turned: [L; 3]) -> V3<L> {
+    let first = 2 - axes[2];
+    V3 { x: turned[first], y: turned[(first + 1) % 3], z: turned[(first + 2) % 3] }
 }
 
 /// Whether lines meet spheres, and the distances at which they enter and leave.

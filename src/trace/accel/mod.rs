@@ -7,12 +7,14 @@
 mod bvh;
 mod grid;
 
+use glam::Vec3;
+
 use super::geometry::{Best, Kind};
 use super::shapes::Probe;
 use super::simd::Width;
 use super::{Counters, Geometry, Hit, Ray};
 use crate::components::Accel;
-use bvh::{Bvh, Packet, RAYS};
+use bvh::{Bvh, RAYS};
 use grid::Grid;
 
 pub enum Accelerator {
@@ -32,11 +34,21 @@ pub struct Worker {
     ray: u32,
     /// Children of nodes that are still to be visited, nearest last.
     stack: Vec<u64>,
+    /// Packets in a row whose rays parted ways, and how many to trace ray by ray before the next attempt.
+    failures: u32,
+    wait: u32,
 }
 
 impl Default for Worker {
     fn default() -> Self {
-        Worker { counters: Counters::default(), mailbox: [(u32::MAX, 0); SLOTS], ray: 0, stack: Vec::new() }
+        Worker {
+            counters: Counters::default(),
+            mailbox: [(u32::MAX, 0); SLOTS],
+            ray: 0,
+            stack: Vec::new(),
+            failures: 0,
+            wait: 0,
+        }
     }
 }
 
@@ -106,16 +118,16 @@ impl Accelerator {
             return rays.iter().enumerate().for_each(|(i, ray)| found(i, self.closest(geometry, ray, worker)));
         };
         for (chunk, rays) in rays.chunks(RAYS).enumerate() {
-            let (skips, mut packet) = pack(geometry, rays);
-            if packet.coherent() {
-                bvh.walk_packet::<false>(geometry, &mut packet, worker);
-            } else {
-                for (probe, best) in packet.probes.iter().zip(&mut packet.bests).take(rays.len()) {
-                    bvh.walk::<false>(geometry, probe, best, worker);
+            let (skips, near) = approach(geometry, rays);
+            let mut bests = [Best::within(0.0); RAYS];
+            if !bvh.walk_packet::<false>(geometry, &near[..rays.len()], &mut bests, worker) {
+                for (ray, best) in near.iter().zip(&mut bests).take(rays.len()) {
+                    *best = Best::within(ray.t_max);
+                    bvh.walk::<false>(geometry, &Probe::from(ray), best, worker);
                 }
             }
             for (i, ray) in rays.iter().enumerate() {
-                found(chunk * RAYS + i, with_planes(geometry, ray, skips[i], packet.bests[i], worker));
+                found(chunk * RAYS + i, with_planes(geometry, ray, skips[i], bests[i], worker));
             }
         }
     }
@@ -129,19 +141,20 @@ impl Accelerator {
         mut found: impl FnMut(usize, bool),
     ) {
         let planes = !geometry.range(Kind::Plane).is_empty();
-        let Accelerator::Bvh(bvh) = self else {
-            return rays.iter().enumerate().for_each(|(i, ray)| found(i, self.occluded(geometry, ray, worker)));
+        let bvh = match self {
+            Accelerator::Bvh(bvh) if !planes => bvh,
+            _ => return rays.iter().enumerate().for_each(|(i, ray)| found(i, self.occluded(geometry, ray, worker))),
         };
         for (chunk, rays) in rays.chunks(RAYS).enumerate() {
-            let (_, mut packet) = pack(geometry, rays);
-            if planes || !packet.coherent() {
-                rays.iter().enumerate().for_each(|(i, ray)| {
-                    found(chunk * RAYS + i, self.occluded(geometry, ray, worker));
-                });
-                continue;
+            let (_, near) = approach(geometry, rays);
+            let mut bests = [Best::within(0.0); RAYS];
+            if !bvh.walk_packet::<true>(geometry, &near[..rays.len()], &mut bests, worker) {
+                for (ray, best) in near.iter().zip(&mut bests).take(rays.len()) {
+                    *best = Best::within(ray.t_max);
+                    bvh.walk::<true>(geometry, &Probe::from(ray), best, worker);
+                }
             }
-            bvh.walk_packet::<true>(geometry, &mut packet, worker);
-            (0..rays.len()).for_each(|i| found(chunk * RAYS + i, packet.bests[i].found));
+            (0..rays.len()).for_each(|i| found(chunk * RAYS + i, bests[i].found));
         }
     }
 
@@ -196,14 +209,13 @@ fn with_planes(geometry: &Geometry, ray: &Ray, skip: f32, finite: Best, worker: 
     best.found.then_some(Hit { t, primitive, element, u, v })
 }
 
-/// Up to eight rays as a packet, the last repeated where there are fewer; and how far each was moved up.
-fn pack(geometry: &Geometry, rays: &[Ray]) -> ([f32; RAYS], Packet) {
-    let approached: [(f32, Ray); RAYS] = std::array::from_fn(|i| geometry.approach(&rays[i.min(rays.len() - 1)]));
-    let packet = Packet {
-        probes: std::array::from_fn(|i| Probe::from(&approached[i].1)),
-        bests: std::array::from_fn(|i| Best::within(approached[i].1.t_max)),
-    };
-    (approached.map(|(skip, _)| skip), packet)
+/// The rays of a packet, moved up to the primitives, and how far.
+fn approach(geometry: &Geometry, rays: &[Ray]) -> ([f32; RAYS], [Ray; RAYS]) {
+    let (mut skips, mut near) = ([0.0; RAYS], [Ray::new(Vec3::ZERO, Vec3::ZERO); RAYS]);
+    for (i, ray) in rays.iter().enumerate() {
+        (skips[i], near[i]) = geometry.approach(ray);
+    }
+    (skips, near)
 }
 
 #[cfg(test)]

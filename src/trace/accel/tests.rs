@@ -97,6 +97,37 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+    /// From a pinhole, from a lens, towards a lamp, or scattered: packets find what each ray finds alone.
+    #[test]
+    fn packets_find_what_single_rays_find(
+        pieces in prop::collection::vec(piece(), 0..80),
+        from in point(), to in point(), spread in 0.0f32..0.4, lens in prop_oneof![Just(0.0f32), 0.0f32..0.5],
+        jitter in prop::collection::vec((prop::array::uniform3(-1.0f32..1.0), prop::array::uniform3(-1.0f32..1.0)), 1..40),
+        t_max in prop_oneof![Just(f32::INFINITY), 1.0f32..6.0],
+    ) {
+        let geometry = build(&pieces);
+        let rays: Vec<Ray> = jitter.iter().map(|(a, b)| {
+            let origin = from + Vec3::from_array(*a) * lens;
+            let direction = (to + Vec3::from_array(*b) * spread - origin).normalize_or(Vec3::NEG_Z);
+            Ray { origin, direction, t_max }
+        }).collect();
+        let mut worker = Worker::default();
+        let expected: Vec<_> =
+            rays.iter().map(|ray| Accelerator::Brute.closest(&geometry, ray, &mut worker)).collect();
+        for width in Width::all() {
+            let tree = Accelerator::Bvh(Box::new(Bvh::build(&geometry, width)));
+            let mut found = vec![None; rays.len()];
+            tree.closest_all(&geometry, &rays, &mut worker, |i, hit| found[i] = hit);
+            prop_assert_eq!(&found, &expected);
+            let mut met = vec![false; rays.len()];
+            tree.occluded_all(&geometry, &rays, &mut worker, |i, hit| met[i] = hit);
+            prop_assert!(met.iter().zip(&expected).all(|(met, hit)| *met == hit.is_some()));
+        }
+    }
+}
+
 #[test]
 fn what_a_ray_costs_does_not_depend_on_the_rays_before() {
     let pieces: Vec<Piece> = (0..40)

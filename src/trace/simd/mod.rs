@@ -38,6 +38,7 @@ pub trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = S
     fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     fn any(mask: Self::Mask) -> bool;
+    fn not(mask: Self::Mask) -> Self::Mask;
 }
 
 /// Eight lanes.
@@ -46,6 +47,18 @@ pub trait Wide: Lanes {
     fn store(self) -> [f32; LANES];
     /// Lane i is bit i.
     fn bits(mask: Self::Mask) -> u32;
+    /// The least lane; no lane is NaN.
+    #[inline(always)]
+    fn least(self) -> f32 {
+        let [a, b, c, d, e, f, g, h] = self.store();
+        Lanes::min(Lanes::min(Lanes::min(a, b), Lanes::min(c, d)), Lanes::min(Lanes::min(e, f), Lanes::min(g, h)))
+    }
+    /// The greatest lane; no lane is NaN.
+    #[inline(always)]
+    fn greatest(self) -> f32 {
+        let [a, b, c, d, e, f, g, h] = self.store();
+        Lanes::max(Lanes::max(Lanes::max(a, b), Lanes::max(c, d)), Lanes::max(Lanes::max(e, f), Lanes::max(g, h)))
+    }
     /// `self * factor - less`, perhaps fused: only for what cannot reach a pixel.
     fn scale_sub(self, factor: Self, less: Self) -> Self;
 }
@@ -176,6 +189,10 @@ impl Lanes for f32 {
     fn any(mask: bool) -> bool {
         mask
     }
+    #[inline(always)]
+    fn not(mask: bool) -> bool {
+        !mask
+    }
 }
 
 /// Eight lanes on any processor.
@@ -257,6 +274,10 @@ impl Lanes for Plain {
     #[inline(always)]
     fn any(mask: u32) -> bool {
         mask != 0
+    }
+    #[inline(always)]
+    fn not(mask: u32) -> u32 {
+        !mask & ((1 << LANES) - 1)
     }
 }
 

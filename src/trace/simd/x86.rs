@@ -103,6 +103,10 @@ impl Lanes for Avx2 {
     fn any(mask: __m256) -> bool {
         Self::bits(mask) != 0
     }
+    #[inline(always)]
+    fn not(mask: __m256) -> __m256 {
+        unsafe { _mm256_xor_ps(mask, _mm256_castsi256_ps(_mm256_set1_epi32(-1))) }
+    }
 }
 
 impl Wide for Avx2 {
@@ -177,6 +181,10 @@ impl Lanes for Sse2 {
     #[inline(always)]
     fn any(mask: Self::Mask) -> bool {
         Self::bits(mask) != 0
+    }
+    #[inline(always)]
+    fn not(mask: Self::Mask) -> Self::Mask {
+        mask.map(|m| unsafe { _mm_xor_ps(m, _mm_castsi128_ps(_mm_set1_epi32(-1))) })
     }
 }
 

@@ -241,6 +241,7 @@ fn build<S: Source>(source: &S, count: u32) -> Tree {
     let range = Range::new(&mut refs);
     let (low, high) = (range.bounds.low.truncate(), range.bounds.high.truncate());
     let extent = if count == 0 { 0.0 } else { low.abs().max(high.abs()).max_element() };
+    let bounds = Bounds { min: low, max: high };
     let mut tree = Tree {
         root: Child::NONE,
         nodes: Vec::new(),
@@ -248,6 +249,7 @@ fn build<S: Source>(source: &S, count: u32) -> Tree {
         spheres: Vec::new(),
         boxes: Vec::new(),
         lists: Vec::new(),
+        bounds,
         extent,
         stack: 0,
     };
@@ -321,6 +323,7 @@ impl Tree {
             spheres: Vec::new(),
             boxes: Vec::new(),
             lists: Vec::new(),
+            bounds: self.bounds,
             extent: self.extent,
             stack: 0,
         }

@@ -8,10 +8,11 @@
 //! answers as brute force does; that alone lets their arithmetic differ from one processor to the next.
 
 mod build;
+mod frustum;
 mod packet;
 mod walk;
 
-pub use packet::{Packet, RAYS};
+pub use packet::RAYS;
 
 use crate::trace::Geometry;
 use crate::trace::geometry::{Bounds, Kind, Model};
@@ -132,6 +133,7 @@ struct Tree {
     spheres: Vec<Spheres>,
     boxes: Vec<Boxes>,
     lists: Vec<[u32; LANES]>,
+    bounds: Bounds,
     /// Greatest coordinate of anything in it.
     extent: f32,
     /// Entries that the stack of a walk can come to hold.

@@ -1,226 +1,347 @@
-//! Walking a tree with eight rays that go nearly the same way.
+//! Walking a tree with rays that go nearly the same way, sixteen together.
 //!
-//! Nodes are tested once for all of them, by bounds of their origins and directions (Reshetov, Soupikov and Hurley
-//! 2005; Boulos, Wald and Shirley 2006); at a leaf each ray is tested against its box, and those that meet it are
-//! tested as they would be alone. What a ray hits cannot differ: the bounds only ever open more boxes.
+//! Nodes are tested once for all of them, by the frustum around them (Reshetov, Soupikov and Hurley 2005; see
+//! [`super::frustum`]). At a leaf, eight rays at a time are tested against its box, and if any meets it, against its
+//! primitives one after the other. What a ray hits cannot differ from its own walk: the frustum only ever opens more
+//! boxes, and the tests are the same in every lane. Where the rays turn out to part ways, the packet is given up and
+//! each goes on alone with what it has found.
 
-use super::walk::{Cost, MARGIN, Scope, entry, lanes, leaf, others};
-use super::{Bvh, Child, Held, LANES, Node, Tree};
-use crate::trace::Geometry;
+use super::frustum::Sight;
+use super::walk::{Cost, entry, lanes, others, prefetch_child, scan_rest};
+use super::{Bvh, Child, Held, LANES, NO_BACK, NO_FRONT, Tree};
 use crate::trace::accel::Worker;
 use crate::trace::geometry::Best;
-use crate::trace::shapes::Probe;
+use crate::trace::shapes::{self, Beam, Probe};
 #[cfg(target_arch = "x86_64")]
 use crate::trace::simd::{Avx2, Sse2};
-use crate::trace::simd::{Plain, V3, Wide, Width, prefetch};
+use crate::trace::simd::{Plain, V3, Wide, Width};
+use crate::trace::{Geometry, Ray};
+
+/// Eights of rays that go together.
+pub const GROUPS: usize = 2;
 
 /// How many rays go together.
-pub const RAYS: usize = LANES;
+pub const RAYS: usize = GROUPS * LANES;
 
-/// Rays and their hits so far.
-pub struct Packet {
-    pub probes: [Probe; RAYS],
-    pub bests: [Best; RAYS],
+/// Nodes that a packet visits before it is given up; a ray alone visits some three to five.
+const PATIENCE: u32 = 28;
+
+/// Eight rays, column by column, and their hits so far.
+pub struct Group<L: Wide> {
+    pub beam: Beam<L>,
+    /// Coordinates in the order of the beam's axes.
+    pub origin: [L; 3],
+    pub direction: [L; 3],
+    pub t: L,
+    u: L,
+    v: L,
+    /// Bits of the numbers of primitives.
+    primitive: L,
+    element: L,
+    /// A bit for each ray that has a hit.
+    found: u32,
 }
 
-impl Packet {
-    /// Whether all rays go into the same octant, so that they meet boxes from the same sides.
-    pub fn coherent(&self) -> bool {
-        let octant = |p: &Probe| p.inverse.is_negative_bitmask();
-        self.probes.iter().all(|p| octant(p) == octant(&self.probes[0]))
-    }
+/// The axes in cyclic order along the last of which all rays mostly run, and all the same way.
+fn common_axes(rays: &[Ray]) -> Option<[usize; 3]> {
+    let axis = |ray: &Ray| shapes::dominant(ray.direction);
+    let last = axis(&rays[0]);
+    let backward = rays[0].direction[last] < 0.0;
+    let same = |ray: &Ray| axis(ray) == last && (ray.direction[last] < 0.0) == backward;
+    rays.iter().all(same).then_some([(last + 1) % 3, (last + 2) % 3, last])
 }
 
 impl Bvh {
-    /// As [`Bvh::walk`], for a coherent packet.
-    pub fn walk_packet<const ANY: bool>(&self, geometry: &Geometry, packet: &mut Packet, worker: &mut Worker) {
+    /// As [`Bvh::walk`] for up to [`RAYS`] rays that are near the tree. False if they are better traced one by one.
+    pub fn walk_packet<const ANY: bool>(
+        &self,
+        geometry: &Geometry,
+        rays: &[Ray],
+        bests: &mut [Best; RAYS],
+        worker: &mut Worker,
+    ) -> bool {
+        if worker.wait > 0 {
+            worker.wait -= 1;
+            return false;
+        }
+        let Some(axes) = common_axes(rays) else { return false };
         if worker.stack.len() < self.stack {
             worker.stack.resize(self.stack, 0);
         }
         match self.width {
-            Width::Plain => walk::<Plain, ANY>(self, geometry, packet, worker),
+            Width::Plain => walk::<Plain, ANY>(self, geometry, rays, axes, bests, worker),
             #[cfg(target_arch = "x86_64")]
-            Width::Sse2 => walk::<Sse2, ANY>(self, geometry, packet, worker),
+            Width::Sse2 => walk::<Sse2, ANY>(self, geometry, rays, axes, bests, worker),
             // SAFETY: this width is only ever detected, never assumed.
             #[cfg(target_arch = "x86_64")]
             #[allow(unsafe_code)]
-            Width::Avx2 => unsafe { walk_avx2::<ANY>(self, geometry, packet, worker) },
+            Width::Avx2 => unsafe { walk_avx2::<ANY>(self, geometry, rays, axes, bests, worker) },
         }
+        true
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn walk_avx2<const ANY: bool>(bvh: &Bvh, geometry: &Geometry, packet: &mut Packet, worker: &mut Worker) {
-    walk::<Avx2, ANY>(bvh, geometry, packet, worker);
+fn walk_avx2<const ANY: bool>(
+    bvh: &Bvh,
+    geometry: &Geometry,
+    rays: &[Ray],
+    axes: [usize; 3],
+    bests: &mut [Best; RAYS],
+    worker: &mut Worker,
+) {
+    walk::<Avx2, ANY>(bvh, geometry, rays, axes, bests, worker);
 }
 
-/// One coordinate of all rays.
-#[inline(always)]
-fn column(packet: &Packet, of: impl Fn(&Probe) -> f32) -> [f32; RAYS] {
-    let mut column = [0.0; RAYS];
-    for (x, probe) in column.iter_mut().zip(&packet.probes) {
-        *x = of(probe);
-    }
-    column
-}
-
-#[inline(always)]
-fn least(column: &[f32; RAYS]) -> f32 {
-    column.iter().fold(f32::INFINITY, |least, x| if *x < least { *x } else { least })
-}
-
-#[inline(always)]
-fn greatest(column: &[f32; RAYS]) -> f32 {
-    column.iter().fold(f32::NEG_INFINITY, |most, x| if *x > most { *x } else { most })
-}
-
-/// The rays along one axis.
-struct Axis<L> {
-    /// Lanes are rays: 1 / direction, and the origin with its margins times it.
-    inverse: L,
-    near: L,
-    far: L,
-    /// Every lane the same: bounds over all rays, such that near planes come out nearer and far ones farther.
-    inverses: [L; 2],
-    near_origin: L,
-    far_origin: L,
-    /// Side of a box that is met first.
-    first: usize,
-}
-
-impl<L: Wide> Axis<L> {
+impl<L: Wide> Group<L> {
+    /// The last ray fills the lanes that are left.
     #[inline(always)]
-    fn new(packet: &Packet, axis: usize, margin: f32) -> Self {
-        let inverse = column(packet, |p| p.inverse[axis]);
-        let origin = column(packet, |p| p.origin[axis]);
-        let backward = inverse[0] < 0.0;
-        let (low, high) = (least(&origin) - margin, greatest(&origin) + margin);
-        let (near_origin, far_origin) = if backward { (low, high) } else { (high, low) };
-        let (o, i) = (L::load(&origin), L::load(&inverse));
-        let ahead = L::splat(if backward { -margin } else { margin });
-        Axis {
-            inverse: i,
-            near: (o + ahead) * i,
-            far: (o - ahead) * i,
-            inverses: [L::splat(least(&inverse)), L::splat(greatest(&inverse))],
-            near_origin: L::splat(near_origin),
-            far_origin: L::splat(far_origin),
-            first: usize::from(backward),
+    fn new(rays: &[Ray], axes: [usize; 3]) -> Self {
+        let mut columns = [[0.0; LANES]; 7];
+        for lane in 0..LANES {
+            let ray = &rays[lane.min(rays.len() - 1)];
+            let (o, d) = (ray.origin, ray.direction);
+            let [x, y, z] = axes;
+            for (column, x) in columns.iter_mut().zip([o[x], o[y], o[z], d[x], d[y], d[z], ray.t_max]) {
+                column[lane] = x;
+            }
+        }
+        let [ox, oy, oz, dx, dy, dz, t] = &columns;
+        let origin = [L::load(ox), L::load(oy), L::load(oz)];
+        let direction = [L::load(dx), L::load(dy), L::load(dz)];
+        let zero = L::splat(0.0);
+        Group {
+            beam: Beam::of_rays(axes, origin, direction),
+            origin,
+            direction,
+            t: L::load(t),
+            u: zero,
+            v: zero,
+            primitive: zero,
+            element: zero,
+            found: 0,
         }
     }
 
-    /// Lanes are children: a lower bound of where any ray enters between the planes of this axis, and an upper bound
-    /// of where it leaves.
-    #[inline(always)]
-    fn bounds(&self, planes: &[[f32; LANES]; 2]) -> (L, L) {
-        let near = L::load(&planes[self.first & 1]) - self.near_origin;
-        let far = L::load(&planes[1 - self.first & 1]) - self.far_origin;
-        let [low, high] = self.inverses;
-        ((near * low).min(near * high), (far * low).max(far * high))
+    fn best(&self, lane: usize) -> Best {
+        Best {
+            t: self.t.store()[lane],
+            primitive: self.primitive.store()[lane].to_bits(),
+            element: self.element.store()[lane].to_bits(),
+            u: self.u.store()[lane],
+            v: self.v.store()[lane],
+            found: self.found >> lane & 1 == 1,
+        }
     }
 
-    /// Lanes are rays: where each enters and leaves between the planes of one child.
+    fn set(&mut self, lane: usize, best: &Best) {
+        let put = |column: &mut L, x: f32| {
+            let mut all = column.store();
+            all[lane] = x;
+            *column = L::load(&all);
+        };
+        put(&mut self.t, best.t);
+        put(&mut self.primitive, f32::from_bits(best.primitive));
+        put(&mut self.element, f32::from_bits(best.element));
+        put(&mut self.u, best.u);
+        put(&mut self.v, best.v);
+        self.found |= u32::from(best.found) << lane;
+    }
+
+    /// Keeps the hits of one primitive that are nearer than the best so far, or as near and lower in number.
     #[inline(always)]
-    fn cross(&self, planes: &[[f32; LANES]; 2], child: usize) -> (L, L) {
-        let near = L::splat(planes[self.first & 1][child]);
-        let far = L::splat(planes[1 - self.first & 1][child]);
-        (near.scale_sub(self.inverse, self.near), far.scale_sub(self.inverse, self.far))
+    fn offer<const ANY: bool>(&mut self, hit: L::Mask, t: L, u: L, v: L, number: u32, element: u32) {
+        let nearer = L::both(hit, t.lt(self.t));
+        let level = L::bits(L::both(hit, t.le(self.t))) & !L::bits(nearer) & self.found;
+        if level != 0 && !ANY {
+            let [t, u, v] = [t.store(), u.store(), v.store()];
+            for lane in lanes(level) {
+                let mut best = self.best(lane);
+                best.offer(t[lane], number, element, u[lane], v[lane]);
+                self.set(lane, &best);
+            }
+        }
+        self.found |= L::bits(nearer);
+        // Nothing is before minus infinity: a ray that asks for any hit is done.
+        let t = if ANY { L::splat(f32::NEG_INFINITY) } else { t };
+        self.t = L::select(nearer, t, self.t);
+        self.u = L::select(nearer, u, self.u);
+        self.v = L::select(nearer, v, self.v);
+        self.primitive = L::select(nearer, L::splat(f32::from_bits(number)), self.primitive);
+        self.element = L::select(nearer, L::splat(f32::from_bits(element)), self.element);
+    }
+
+    /// Tests the primitives of a leaf one after the other.
+    #[inline(always)]
+    fn leaf<const ANY: bool>(&mut self, tree: &Tree, child: Child) {
+        match child.held() {
+            Held::Triangles => {
+                let block = &tree.triangles[child.index()];
+                for lane in 0..child.count() as usize {
+                    self.triangle::<ANY>(&block.corners, lane & (LANES - 1), block.numbers[lane & (LANES - 1)]);
+                }
+            }
+            Held::Spheres => {
+                let block = &tree.spheres[child.index()];
+                for lane in 0..child.count() as usize {
+                    let lane = lane & (LANES - 1);
+                    let (met, span) =
+                        shapes::sphere(&self.beam, pick(&block.center, lane), L::splat(block.radius[lane]));
+                    self.span::<ANY>(met, span, block.numbers[lane]);
+                }
+            }
+            Held::Boxes => {
+                let block = &tree.boxes[child.index()];
+                for lane in 0..child.count() as usize {
+                    let lane = lane & (LANES - 1);
+                    let span = shapes::slab(&self.beam, pick(&block.min, lane), pick(&block.max, lane));
+                    self.span::<ANY>(span[0].le(span[1]), span, block.numbers[lane]);
+                }
+            }
+            Held::List | Held::Node => {}
+        }
+    }
+
+    #[inline(always)]
+    fn triangle<const ANY: bool>(&mut self, corners: &[[[f32; LANES]; 3]; 3], lane: usize, number: u32) {
+        let [x, y, z] = self.beam.axes;
+        let [a, b, c] = corners;
+        let a = V3 { x: L::splat(a[x][lane]), y: L::splat(a[y][lane]), z: L::splat(a[z][lane]) };
+        let b = V3 { x: L::splat(b[x][lane]), y: L::splat(b[y][lane]), z: L::splat(b[z][lane]) };
+        let c = V3 { x: L::splat(c[x][lane]), y: L::splat(c[y][lane]), z: L::splat(c[z][lane]) };
+        let Some(hits) = shapes::triangle(&self.beam, [a, b, c]) else { return };
+        let mut hit = hits.hit;
+        if number & NO_FRONT != 0 {
+            hit = L::both(hit, L::not(hits.front));
+        }
+        if number & NO_BACK != 0 {
+            hit = L::both(hit, hits.front);
+        }
+        let number = number & !(NO_FRONT | NO_BACK);
+        self.offer::<ANY>(hit, hits.t, hits.u, hits.v, number, number);
+    }
+
+    #[inline(always)]
+    fn span<const ANY: bool>(&mut self, met: L::Mask, [near, far]: [L; 2], number: u32) {
+        let zero = L::splat(0.0);
+        let enters = if number & NO_FRONT == 0 { zero.lt(near) } else { zero.lt(zero) };
+        let leaves = if number & NO_BACK == 0 { zero.lt(far) } else { zero.lt(zero) };
+        let t = L::select(enters, near, far);
+        let hit = L::both(met, L::either(enters, leaves));
+        if L::any(L::both(hit, t.le(self.t))) {
+            self.offer::<ANY>(hit, t, t, zero, number & !(NO_FRONT | NO_BACK), 0);
+        }
     }
 }
 
-/// The rays as boxes want them.
-struct Sight<L> {
-    x: Axis<L>,
-    y: Axis<L>,
-    z: Axis<L>,
-}
-
-impl<L: Wide> Sight<L> {
-    #[inline(always)]
-    fn new(packet: &Packet, extent: f32) -> Self {
-        let reach = packet.probes.iter().fold(0.0f32, |reach, p| reach.max(p.origin.abs().max_element()));
-        let margin = (reach + extent) * MARGIN;
-        let axis = |axis| Axis::new(packet, axis, margin);
-        Sight { x: axis(0), y: axis(1), z: axis(2) }
-    }
-
-    /// Children that any ray may meet before `limit`.
-    #[inline(always)]
-    fn meet(&self, node: &Node, limit: L) -> (L, u32) {
-        let [x, y, z] = &node.bounds;
-        let (near_x, far_x) = self.x.bounds(x);
-        let (near_y, far_y) = self.y.bounds(y);
-        let (near_z, far_z) = self.z.bounds(z);
-        let near = near_x.max(near_y).max(near_z.max(L::splat(0.0)));
-        let far = far_x.min(far_y).min(far_z.min(limit));
-        (near, L::bits(near.le(far)))
-    }
-
-    /// Rays that meet the box of one child before their own limits.
-    #[inline(always)]
-    fn rays(&self, node: &Node, child: usize, limits: &[f32; RAYS]) -> u32 {
-        let child = child & (LANES - 1);
-        let [x, y, z] = &node.bounds;
-        let (near_x, far_x) = self.x.cross(x, child);
-        let (near_y, far_y) = self.y.cross(y, child);
-        let (near_z, far_z) = self.z.cross(z, child);
-        let near = near_x.max(near_y).max(near_z.max(L::splat(0.0)));
-        let far = far_x.min(far_y).min(far_z.min(L::load(limits)));
-        L::bits(near.le(far))
-    }
+/// One vector of three columns, in every lane.
+#[inline(always)]
+fn pick<L: Wide>(columns: &[[f32; LANES]; 3], lane: usize) -> V3<L> {
+    V3 { x: L::splat(columns[0][lane]), y: L::splat(columns[1][lane]), z: L::splat(columns[2][lane]) }
 }
 
 #[inline(always)]
-fn walk<L: Wide, const ANY: bool>(bvh: &Bvh, geometry: &Geometry, packet: &mut Packet, worker: &mut Worker) {
+fn walk<L: Wide, const ANY: bool>(
+    bvh: &Bvh,
+    geometry: &Geometry,
+    rays: &[Ray],
+    axes: [usize; 3],
+    bests: &mut [Best; RAYS],
+    worker: &mut Worker,
+) {
+    let second = LANES.min(rays.len() - 1);
+    let mut groups: [Group<L>; GROUPS] = [Group::new(rays, axes), Group::new(&rays[second..], axes)];
+    let done = descend::<L, ANY>(bvh, geometry, rays, &mut groups, worker);
+    for (group, bests) in groups.iter().zip(bests.chunks_exact_mut(LANES)) {
+        let [t, u, v] = [group.t.store(), group.u.store(), group.v.store()];
+        let [primitive, element] = [group.primitive.store(), group.element.store()];
+        for (i, best) in bests.iter_mut().enumerate() {
+            let (primitive, element) = (primitive[i].to_bits(), element[i].to_bits());
+            *best = Best { t: t[i], primitive, element, u: u[i], v: v[i], found: group.found >> i & 1 == 1 };
+        }
+    }
+    for (i, best) in bests.iter_mut().enumerate().take(rays.len()) {
+        if !done && !(ANY && best.found) {
+            scan_rest::<L, ANY>(bvh, geometry, &Probe::from(&rays[i]), best, worker);
+        }
+    }
+    // The next packets are likely to fare as this one did.
+    worker.failures = if done { 0 } else { (worker.failures + 1).min(6) };
+    worker.wait = (1 << worker.failures) - 1;
+}
+
+/// False if the packet was given up.
+#[inline(always)]
+fn descend<L: Wide, const ANY: bool>(
+    bvh: &Bvh,
+    geometry: &Geometry,
+    rays: &[Ray],
+    groups: &mut [Group<L>; GROUPS],
+    worker: &mut Worker,
+) -> bool {
     let tree = &bvh.world;
     if tree.root == Child::NONE {
-        return;
+        return true;
     }
+    let Some(sight) = Sight::new(groups, tree) else { return true };
     let Worker { counters, stack, .. } = worker;
     let mut cost = Cost::default();
-    let sight = Sight::<L>::new(packet, tree.extent);
-    let mut limits = [0.0; RAYS];
-    limits.iter_mut().zip(&packet.bests).for_each(|(limit, best)| *limit = best.t);
-    let mut limit = greatest(&limits);
+    let mut limit = sight.limit(groups);
     let mut held = 0;
-    let (mut child, mut rays) = (tree.root, (1 << RAYS) - 1);
+    let (mut child, mut parent) = (tree.root, None);
     loop {
         if child.held() == Held::Node {
+            if cost.steps == PATIENCE {
+                cost.count(counters);
+                return false;
+            }
             let node = &tree.nodes[child.index()];
             cost.steps += 1;
-            let (near, hits) = sight.meet(node, L::splat(limit));
-            push(tree, child.index(), &near.store(), hits, stack, &mut held);
+            let (front, hits) = sight.meet(node, limit);
+            push(tree, child.index(), &front.store(), hits, stack, &mut held);
         } else {
-            for i in lanes(rays) {
-                let (probe, best) = (&packet.probes[i], &mut packet.bests[i]);
-                if child.held() == Held::List {
-                    let list = &tree.lists[child.index()][..child.count() as usize];
-                    cost += others::<L, ANY>(bvh, geometry, list, probe, best, &mut stack[held..]);
-                } else {
-                    cost.tests += child.count();
-                    leaf::<L>(tree, child, probe, Scope::WORLD, best);
+            let mut met = 0;
+            for (g, group) in groups.iter_mut().enumerate() {
+                let some = parent.map_or(!0, |(node, slot)| sight.rays(g, node, slot, group.t));
+                let some = some & ((1 << LANES) - 1);
+                met |= some;
+                if some == 0 {
+                    continue;
                 }
-                // Nothing is before minus infinity: that ray is done.
-                limits[i] = if ANY && best.found { f32::NEG_INFINITY } else { best.t };
+                cost.tests += child.count() * some.count_ones();
+                if child.held() != Held::List {
+                    group.leaf::<ANY>(tree, child);
+                    continue;
+                }
+                let list = &tree.lists[child.index()][..child.count() as usize];
+                for lane in lanes(some) {
+                    let mut best = group.best(lane);
+                    if let Some(ray) = rays.get(g * LANES + lane) {
+                        cost += others::<L, ANY>(bvh, geometry, list, &Probe::from(ray), &mut best, &mut stack[held..]);
+                    }
+                    if ANY && best.found {
+                        best.t = f32::NEG_INFINITY;
+                    }
+                    group.set(lane, &best);
+                }
             }
-            if rays != 0 {
-                limit = greatest(&limits);
+            if met != 0 {
+                limit = sight.limit(groups);
             }
         }
         loop {
             if held == 0 {
-                return cost.count(counters);
+                cost.count(counters);
+                return true;
             }
             held -= 1;
             let next = stack[held];
-            if f32::from_bits((next >> 32) as u32) <= limit {
+            if sight.depth((next >> 32) as u32) <= limit {
                 let at = next as u32 as usize;
                 let node = &tree.nodes[at / LANES];
                 child = node.children[at % LANES];
-                if child.held() != Held::Node {
-                    rays = sight.rays(node, at % LANES, &limits);
-                }
+                parent = Some((node, at % LANES));
                 break;
             }
         }
@@ -233,12 +354,7 @@ fn push(tree: &Tree, node: usize, near: &[f32; LANES], hits: u32, stack: &mut [u
     let base = *held;
     for i in lanes(hits) {
         let i = i & (LANES - 1);
-        let child = tree.nodes[node].children[i];
-        if child.held() == Held::Node
-            && let Some(ahead) = tree.nodes.get(child.index())
-        {
-            prefetch(ahead);
-        }
+        prefetch_child(tree, tree.nodes[node].children[i]);
         let pushed = entry(near[i], (node * LANES + i) as u32);
         let mut to = *held;
         while to > base && stack[to - 1] < pushed {

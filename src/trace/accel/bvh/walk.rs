@@ -23,9 +23,9 @@ impl Bvh {
             worker.stack.resize(self.stack, 0);
         }
         match self.width {
-            Width::Plain => walk::<Plain, ANY>(self, geometry, probe, best, worker),
+            Width::Plain => scan_rest::<Plain, ANY>(self, geometry, probe, best, worker),
             #[cfg(target_arch = "x86_64")]
-            Width::Sse2 => walk::<Sse2, ANY>(self, geometry, probe, best, worker),
+            Width::Sse2 => scan_rest::<Sse2, ANY>(self, geometry, probe, best, worker),
             // SAFETY: this width is only ever detected, never assumed.
             #[cfg(target_arch = "x86_64")]
             #[allow(unsafe_code)]
@@ -37,11 +37,18 @@ impl Bvh {
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn walk_avx2<const ANY: bool>(bvh: &Bvh, geometry: &Geometry, probe: &Probe, best: &mut Best, worker: &mut Worker) {
-    walk::<Avx2, ANY>(bvh, geometry, probe, best, worker);
+    scan_rest::<Avx2, ANY>(bvh, geometry, probe, best, worker);
 }
 
+/// A walk of the world's tree; the best so far may already be a hit.
 #[inline(always)]
-fn walk<L: Wide, const ANY: bool>(bvh: &Bvh, geometry: &Geometry, probe: &Probe, best: &mut Best, worker: &mut Worker) {
+pub(super) fn scan_rest<L: Wide, const ANY: bool>(
+    bvh: &Bvh,
+    geometry: &Geometry,
+    probe: &Probe,
+    best: &mut Best,
+    worker: &mut Worker,
+) {
     let Worker { counters, stack, .. } = worker;
     let cost = scan::<L, ANY>(&bvh.world, probe, Scope::WORLD, best, stack, |list, best, stack| {
         others::<L, ANY>(bvh, geometry, list, probe, best, stack)
@@ -231,7 +238,7 @@ fn scan<L: Wide, const ANY: bool>(
 
 /// Tests the eight primitives of a leaf.
 #[inline(always)]
-pub(super) fn leaf<L: Wide>(tree: &Tree, child: Child, probe: &Probe, scope: Scope, best: &mut Best) {
+fn leaf<L: Wide>(tree: &Tree, child: Child, probe: &Probe, scope: Scope, best: &mut Best) {
     // Spread over the lanes again for every leaf: kept across the loop, it would only be spilled.
     let probe = std::hint::black_box(probe);
     match child.held() {
@@ -293,6 +300,15 @@ fn descend<const ANY: bool>(
     }
     *held = end;
     Child(nearest as u32)
+}
+
+#[inline(always)]
+pub(super) fn prefetch_child(tree: &Tree, child: Child) {
+    if child.held() == Held::Node
+        && let Some(ahead) = tree.nodes.get(child.index())
+    {
+        prefetch(ahead);
+    }
 }
 
 #[inline(always)]
