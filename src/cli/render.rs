@@ -167,6 +167,7 @@ fn stats(report: &Report) -> serde_json::Value {
         "shadow_hits": c.shadow_hits,
         "reflection_rays": c.reflection_rays,
         "refraction_rays": c.refraction_rays,
+        "diffuse_rays": c.diffuse_rays,
         "intersection_tests": c.intersection_tests,
         "steps": c.steps,
         "accel": s.accel,

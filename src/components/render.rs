@@ -14,6 +14,8 @@ choice! {
         Whitted,
         /// Cook, Porter and Carpenter (SIGGRAPH 1984): soft shadows, gloss and the lens, by sampling.
         Distribution,
+        /// Kajiya (SIGGRAPH 1986): light that bounces between diffuse surfaces too, one way at a time.
+        Path,
     }
 }
 

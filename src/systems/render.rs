@@ -11,7 +11,7 @@ use crate::base::diagnostics::Diagnostics;
 use crate::components::{Render, Transfer};
 use crate::film::Film;
 use crate::load::image;
-use crate::trace::integrator::{Settings, View, pixel};
+use crate::trace::integrator::{Settings, View, pixels};
 use crate::trace::{Accelerator, Counters, Worker};
 
 /// Side of a tile in pixels: small enough to share out evenly, large enough for neighbours to share cells.
@@ -106,7 +106,7 @@ fn accelerate(stage: &mut Stage, rebuilt: bool) {
     }
 }
 
-type Tile = ([u32; 2], Vec<[f32; 3]>, Counters);
+type Tile = (Vec<([u32; 2], [f32; 3])>, Counters);
 
 fn tiles(
     view: View,
@@ -117,31 +117,32 @@ fn tiles(
     let across = width.div_ceil(TILE);
     let total = (across * height.div_ceil(TILE)) as usize;
     let done = AtomicUsize::new(0);
-    let trace = |index: usize| -> Option<Tile> {
+    let trace = |worker: &mut Worker, index: usize| -> Option<Tile> {
         if cancel.load(Ordering::Relaxed) {
             return None;
         }
         let corner = [index as u32 % across * TILE, index as u32 / across * TILE];
-        let mut worker = Worker::default();
-        let mut pixels = Vec::with_capacity((TILE * TILE) as usize);
-        for y in corner[1]..(corner[1] + TILE).min(height) {
-            for x in corner[0]..(corner[0] + TILE).min(width) {
-                pixels.push(pixel(view, x, y, &mut worker));
-            }
-        }
+        let places = places(corner, [width, height]);
+        worker.start_tile();
+        let colors = pixels(view, &places, worker);
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-        Some((corner, pixels, worker.counters))
+        Some((places.into_iter().zip(colors).collect(), std::mem::take(&mut worker.counters)))
     };
-    let traced: Option<Vec<Tile>> = (0..total).into_par_iter().map(trace).collect();
+    let traced: Option<Vec<Tile>> = (0..total).into_par_iter().map_init(Worker::default, trace).collect();
     let mut film = Film::new(width, height);
     let mut counters = Counters::default();
-    for ([left, top], pixels, cost) in traced? {
-        let side = (TILE.min(width - left)) as usize;
-        for (row, line) in pixels.chunks(side).enumerate() {
-            let start = (top as usize + row) * width as usize + left as usize;
-            film.pixels[start..start + side].copy_from_slice(line);
+    for (tile, cost) in traced? {
+        for ([x, y], color) in tile {
+            film.pixels[y as usize * width as usize + x as usize] = color;
         }
         counters += cost;
     }
     Some((film, counters))
+}
+
+/// Pixels of a tile in squares of squares (Morton 1966), so that those that follow each other are neighbours.
+fn places(corner: [u32; 2], size: [u32; 2]) -> Vec<[u32; 2]> {
+    let every_second = |n: u32| (0..4).fold(0, |sum, bit| sum | (n >> (2 * bit) & 1) << bit);
+    let place = |n: u32| [corner[0] + every_second(n), corner[1] + every_second(n >> 1)];
+    (0..TILE * TILE).map(place).filter(|[x, y]| *x < size[0] && *y < size[1]).collect()
 }

@@ -18,6 +18,11 @@ impl Light {
         self.edges == [Vec3::ZERO; 2]
     }
 
+    /// Unit normal of the parallelogram; zero for a point.
+    pub fn normal(&self) -> Vec3 {
+        self.edges[0].cross(self.edges[1]).normalize_or_zero()
+    }
+
     /// The point of the light at (u, v) in the unit square.
     pub fn point(&self, [u, v]: [f32; 2]) -> Vec3 {
         self.center + self.edges[0] * (u - 0.5) + self.edges[1] * (v - 0.5)

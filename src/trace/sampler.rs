@@ -12,6 +12,10 @@ pub enum Domain {
     Pixel,
     Lens,
     Gloss,
+    /// Direction of a path after a diffuse surface.
+    Bounce,
+    /// Which of a surface's ways of scattering a path takes.
+    Lobe,
     Light(u32),
 }
 
@@ -21,6 +25,8 @@ impl Domain {
             Domain::Pixel => 0,
             Domain::Lens => 1,
             Domain::Gloss => 2,
+            Domain::Bounce => 3,
+            Domain::Lobe => 4,
             Domain::Light(i) => 16 + u64::from(i),
         }
     }
@@ -49,6 +55,10 @@ impl Node {
 
     pub fn refracted(self) -> Node {
         Node(combine(self.0, 2))
+    }
+
+    pub fn scattered(self) -> Node {
+        Node(combine(self.0, 3))
     }
 }
 

@@ -9,6 +9,8 @@ pub struct Counters {
     pub shadow_hits: u64,
     pub reflection_rays: u64,
     pub refraction_rays: u64,
+    /// Rays of paths that left a diffuse surface.
+    pub diffuse_rays: u64,
     /// Ray-primitive tests, those on infinite planes included.
     pub intersection_tests: u64,
     /// Cells or nodes visited.
@@ -23,6 +25,7 @@ impl std::ops::AddAssign for Counters {
         self.shadow_hits += other.shadow_hits;
         self.reflection_rays += other.reflection_rays;
         self.refraction_rays += other.refraction_rays;
+        self.diffuse_rays += other.diffuse_rays;
         self.intersection_tests += other.intersection_tests;
         self.steps += other.steps;
     }

@@ -11,6 +11,7 @@ use glam::Vec3;
 
 use super::geometry::{Best, Kind};
 use super::shapes::Probe;
+use super::integrator::Buffers;
 use super::simd::Width;
 use super::{Counters, Geometry, Hit, Ray};
 use crate::components::Accel;
@@ -37,6 +38,7 @@ pub struct Worker {
     /// Packets in a row whose rays parted ways, and how many to trace ray by ray before the next attempt.
     failures: u32,
     wait: u32,
+    pub(super) waves: Buffers,
 }
 
 impl Default for Worker {
@@ -48,11 +50,17 @@ impl Default for Worker {
             stack: Vec::new(),
             failures: 0,
             wait: 0,
+            waves: Buffers::default(),
         }
     }
 }
 
 impl Worker {
+    /// Forgets how packets fared: what a tile costs does not depend on the tiles before.
+    pub fn start_tile(&mut self) {
+        (self.failures, self.wait) = (0, 0);
+    }
+
     fn next_ray(&mut self) {
         self.ray = self.ray.wrapping_add(1);
         if self.ray == 0 {
