@@ -33,6 +33,7 @@ fn resolved(center: DVec3, edges: [DVec3; 2], color: DVec3, falloff: Falloff) ->
     Light {
         center: center.as_vec3(),
         edges: edges.map(|e| e.as_vec3()),
+        normal: edges[0].cross(edges[1]).normalize_or_zero().as_vec3(),
         color: color.as_vec3(),
         inverse_square: falloff == Falloff::InverseSquare,
     }

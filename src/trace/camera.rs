@@ -53,6 +53,7 @@ impl CameraRays {
     }
 
     /// The ray of one sample through pixel (x, y), counted from the top left, at the given offset in the pixel.
+    #[inline(always)]
     pub fn ray(&self, x: u32, y: u32, offset: [f32; 2], sampler: &Sampler) -> Ray {
         let across = (x as f32 + offset[0]) * self.pixel[0] - 1.0;
         let down = (y as f32 + offset[1]) * self.pixel[1] - 1.0;

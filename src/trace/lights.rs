@@ -8,6 +8,8 @@ pub struct Light {
     pub center: Vec3,
     /// Edges of the parallelogram around the centre; both zero for a point.
     pub edges: [Vec3; 2],
+    /// Unit normal of the parallelogram; zero for a point.
+    pub normal: Vec3,
     pub color: Vec3,
     /// Whether the light weakens with the square of the distance.
     pub inverse_square: bool,
@@ -16,11 +18,6 @@ pub struct Light {
 impl Light {
     pub fn is_point(&self) -> bool {
         self.edges == [Vec3::ZERO; 2]
-    }
-
-    /// Unit normal of the parallelogram; zero for a point.
-    pub fn normal(&self) -> Vec3 {
-        self.edges[0].cross(self.edges[1]).normalize_or_zero()
     }
 
     /// The point of the light at (u, v) in the unit square.

@@ -90,7 +90,9 @@ impl Sampler {
         // A product can round up to 1; the domain is half open.
         let below_one = 1.0 - f32::EPSILON / 2.0;
         let place = |cell: u32, offset: f32| ((cell as f32 + offset) * side).min(below_one);
-        [place(cell % n, x), place(cell / n, y)]
+        // Exact for all counts of samples: the quotient is never within rounding of the next.
+        let row = ((cell as f32 + 0.5) * side) as u32;
+        [place(cell - row * n, x), place(row, y)]
     }
 
     /// An independent uniform point in the unit square.
@@ -139,7 +141,9 @@ fn shuffle(index: u32, length: u32, key: u32) -> u32 {
             break;
         }
     }
-    ((u64::from(i) + u64::from(key)) % u64::from(length)) as u32
+    // Rotated by a share of the length: no division.
+    let turned = i + (u64::from(key.wrapping_mul(0x9e37_79b9)) * u64::from(length) >> 32) as u32;
+    if turned < length { turned } else { turned - length }
 }
 
 /// Maps the unit square to the unit disk, keeping strata compact (Shirley and Chiu 1997).
@@ -181,6 +185,17 @@ mod tests {
                 seen[(y * 5.0) as usize * 5 + (x * 5.0) as usize] = true;
             }
             assert!(seen.iter().all(|s| *s));
+        }
+    }
+
+    #[test]
+    fn rows_of_cells_are_exact() {
+        for n in 1..=crate::base::limits::SAMPLES.isqrt() {
+            let side = 1.0 / n as f32;
+            for cell in [0, 1, n - 1, n, n + 1, n * n / 2, n * n - n, n * n - 1] {
+                let cell = cell.min(n * n - 1);
+                assert_eq!(((cell as f32 + 0.5) * side) as u32, cell / n, "{cell} of {n} x {n}");
+            }
         }
     }
 

@@ -22,11 +22,13 @@ pub struct Surface {
 
 impl Surface {
     /// The same point seen from the other side: both normals turned round.
+    #[inline(always)]
     pub fn flipped(self) -> Surface {
         Surface { geometric_normal: -self.geometric_normal, shading_normal: -self.shading_normal, ..self }
     }
 
     /// A start for a ray that leaves towards `direction`, off the surface by no more than the rounding error.
+    #[inline(always)]
     pub fn leave(&self, direction: Vec3) -> Vec3 {
         let n = self.geometric_normal;
         let distance = n.abs().dot(self.error);

@@ -7,15 +7,13 @@
 mod bvh;
 mod grid;
 
-use glam::Vec3;
-
 use super::geometry::{Best, Kind};
 use super::shapes::Probe;
 use super::integrator::Buffers;
 use super::simd::Width;
 use super::{Counters, Geometry, Hit, Ray};
 use crate::components::Accel;
-use bvh::{Bvh, RAYS};
+use bvh::Bvh;
 use grid::Grid;
 
 pub enum Accelerator {
@@ -35,6 +33,8 @@ pub struct Worker {
     ray: u32,
     /// Children of nodes that are still to be visited, nearest last.
     stack: Vec<u64>,
+    /// Rays in the order in which packets take them.
+    order: Vec<u32>,
     /// Packets in a row whose rays parted ways, and how many to trace ray by ray before the next attempt.
     failures: u32,
     wait: u32,
@@ -48,6 +48,7 @@ impl Default for Worker {
             mailbox: [(u32::MAX, 0); SLOTS],
             ray: 0,
             stack: Vec::new(),
+            order: Vec::new(),
             failures: 0,
             wait: 0,
             waves: Buffers::default(),
@@ -114,7 +115,7 @@ impl Accelerator {
         with_planes(geometry, ray, skip, finite, worker)
     }
 
-    /// [`Self::closest`] of many rays: those that go the same way side by side cost less.
+    /// [`Self::closest`] of many rays: those that go the same way cost less together. `found` is called in any order.
     pub fn closest_all(
         &self,
         geometry: &Geometry,
@@ -125,22 +126,17 @@ impl Accelerator {
         let Accelerator::Bvh(bvh) = self else {
             return rays.iter().enumerate().for_each(|(i, ray)| found(i, self.closest(geometry, ray, worker)));
         };
-        for (chunk, rays) in rays.chunks(RAYS).enumerate() {
-            let (skips, near) = approach(geometry, rays);
-            let mut bests = [Best::within(0.0); RAYS];
-            if !bvh.walk_packet::<false>(geometry, &near[..rays.len()], &mut bests, worker) {
-                for (ray, best) in near.iter().zip(&mut bests).take(rays.len()) {
-                    *best = Best::within(ray.t_max);
-                    bvh.walk::<false>(geometry, &Probe::from(ray), best, worker);
-                }
+        let planes = !geometry.range(Kind::Plane).is_empty();
+        bvh.each_packet::<false>(geometry, rays, worker, |i, skip, best, worker| {
+            if planes {
+                return found(i, with_planes(geometry, &rays[i], skip, *best, worker));
             }
-            for (i, ray) in rays.iter().enumerate() {
-                found(chunk * RAYS + i, with_planes(geometry, ray, skips[i], bests[i], worker));
-            }
-        }
+            let Best { t, primitive, element, u, v, found: met } = *best;
+            found(i, met.then_some(Hit { t: skip + t, primitive, element, u, v }));
+        });
     }
 
-    /// [`Self::occluded`] of many rays.
+    /// [`Self::occluded`] of many rays. `found` is called in any order.
     pub fn occluded_all(
         &self,
         geometry: &Geometry,
@@ -149,20 +145,11 @@ impl Accelerator {
         mut found: impl FnMut(usize, bool),
     ) {
         let planes = !geometry.range(Kind::Plane).is_empty();
-        let bvh = match self {
-            Accelerator::Bvh(bvh) if !planes => bvh,
-            _ => return rays.iter().enumerate().for_each(|(i, ray)| found(i, self.occluded(geometry, ray, worker))),
-        };
-        for (chunk, rays) in rays.chunks(RAYS).enumerate() {
-            let (_, near) = approach(geometry, rays);
-            let mut bests = [Best::within(0.0); RAYS];
-            if !bvh.walk_packet::<true>(geometry, &near[..rays.len()], &mut bests, worker) {
-                for (ray, best) in near.iter().zip(&mut bests).take(rays.len()) {
-                    *best = Best::within(ray.t_max);
-                    bvh.walk::<true>(geometry, &Probe::from(ray), best, worker);
-                }
+        match self {
+            Accelerator::Bvh(bvh) if !planes => {
+                bvh.each_packet::<true>(geometry, rays, worker, |i, _, best, _| found(i, best.found));
             }
-            (0..rays.len()).for_each(|i| found(chunk * RAYS + i, bests[i].found));
+            _ => rays.iter().enumerate().for_each(|(i, ray)| found(i, self.occluded(geometry, ray, worker))),
         }
     }
 
@@ -215,15 +202,6 @@ fn with_planes(geometry: &Geometry, ray: &Ray, skip: f32, finite: Best, worker: 
     }
     let Best { t, primitive, element, u, v, .. } = best;
     best.found.then_some(Hit { t, primitive, element, u, v })
-}
-
-/// The rays of a packet, moved up to the primitives, and how far.
-fn approach(geometry: &Geometry, rays: &[Ray]) -> ([f32; RAYS], [Ray; RAYS]) {
-    let (mut skips, mut near) = ([0.0; RAYS], [Ray::new(Vec3::ZERO, Vec3::ZERO); RAYS]);
-    for (i, ray) in rays.iter().enumerate() {
-        (skips[i], near[i]) = geometry.approach(ray);
-    }
-    (skips, near)
 }
 
 #[cfg(test)]

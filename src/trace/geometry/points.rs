@@ -10,6 +10,7 @@ use crate::trace::{Hit, Ray};
 
 impl Geometry {
     /// The point of a hit of this ray.
+    #[inline]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
         let n = hit.primitive;
         let tag = self.tag(n);
@@ -59,12 +60,14 @@ impl Geometry {
     }
 }
 
+#[inline(always)]
 fn flat(tag: Tag, (point, normal, error): (Vec3, Vec3, Vec3)) -> Surface {
     let Tag { material, entity, .. } = tag;
     Surface { point, error, geometric_normal: normal, shading_normal: normal, material, entity }
 }
 
 /// `shading` is the interpolated normal, of any length.
+#[inline(always)]
 fn on_triangle(tag: Tag, [a, b, c]: &[Vec3; 3], hit: &Hit, shading: Option<Vec3>) -> Surface {
     let w = 1.0 - hit.u - hit.v;
     let point = *a * w + *b * hit.u + *c * hit.v;

@@ -8,24 +8,24 @@ use glam::Vec3;
 
 use super::View;
 use super::recursive::{division, mirrored, transmitted};
-use super::wave::{Encounter, Traveller};
-use crate::trace::sampler::{Domain, Node, concentric_disk};
+use super::wave::{Encounter, Errand, Wave};
+use crate::trace::sampler::{Domain, concentric_disk};
 use crate::trace::{Counters, Ray};
 
 /// Adds the ray that the path goes on with, if it does.
-pub fn scatter(view: View, met: &Encounter, next: &mut Vec<Traveller>, counters: &mut Counters) {
+pub fn scatter(view: View, met: &Encounter, next: &mut Wave, counters: &mut Counters) {
     let material = met.material;
-    let node: Node = met.by.node;
+    let node = met.errand.node;
     if material.transmission > 0.0 {
         let (refracted, reflected, through) = division(view, met);
         let color = material.mirror_color * reflected;
         let chance = reflected / (reflected + through);
         if refracted.is_none() || met.sampler.extra(node, Domain::Lobe) < chance {
             counters.reflection_rays += 1;
-            next.push(mirrored(view, met, color / chance));
+            mirrored(view, met, color / chance, next);
         } else if let Some(direction) = refracted {
             counters.refraction_rays += 1;
-            next.push(transmitted(met, direction, Vec3::splat(through / (1.0 - chance))));
+            transmitted(met, direction, Vec3::splat(through / (1.0 - chance)), next);
         }
         return;
     }
@@ -37,17 +37,17 @@ pub fn scatter(view: View, met: &Encounter, next: &mut Vec<Traveller>, counters:
     let chance = shiny / (shiny + matt);
     if matt <= 0.0 || (shiny > 0.0 && met.sampler.extra(node, Domain::Lobe) < chance) {
         counters.reflection_rays += 1;
-        next.push(mirrored(view, met, mirror / chance));
+        mirrored(view, met, mirror / chance, next);
     } else {
         counters.diffuse_rays += 1;
-        next.extend(diffuse(met, material.diffuse / (1.0 - chance)));
+        diffuse(met, material.diffuse / (1.0 - chance), next);
     }
 }
 
-/// A ray by the cosine around the normal: the cosine and the density cancel.
-fn diffuse(met: &Encounter, weight: Vec3) -> Option<Traveller> {
-    let Encounter { by, surface, .. } = met;
-    let node = by.node.scattered();
+/// Adds a ray by the cosine around the normal: the cosine and the density cancel.
+fn diffuse(met: &Encounter, weight: Vec3, next: &mut Wave) {
+    let Encounter { errand, surface, .. } = met;
+    let node = errand.node.scattered();
     let [x, y] = concentric_disk(met.sampler.stratified(node, Domain::Bounce));
     let z = (1.0 - x * x - y * y).max(0.0).sqrt();
     let normal = surface.shading_normal;
@@ -55,8 +55,8 @@ fn diffuse(met: &Encounter, weight: Vec3) -> Option<Traveller> {
     let direction = (tangent * x + bitangent * y + normal * z).normalize();
     // Below the surface nothing arrives.
     if direction.dot(surface.geometric_normal) <= 0.0 {
-        return None;
+        return;
     }
     let ray = Ray::new(surface.leave(direction), direction);
-    Some(Traveller { ray, sample: by.sample, node, weight: by.weight * weight })
+    next.push(ray, Errand { sample: errand.sample, node, weight: errand.weight * weight });
 }

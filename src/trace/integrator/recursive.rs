@@ -3,28 +3,28 @@
 use glam::Vec3;
 
 use super::View;
-use super::wave::{Encounter, Traveller};
+use super::wave::{Encounter, Errand, Wave};
 use crate::components::Fresnel;
 use crate::trace::sampler::Domain;
 use crate::trace::surfacing::{fresnel, reflect, refract};
 use crate::trace::{Counters, Ray};
 
 /// Adds the rays that a hit gives rise to.
-pub fn spawn(view: View, met: &Encounter, next: &mut Vec<Traveller>, counters: &mut Counters) {
+pub fn spawn(view: View, met: &Encounter, next: &mut Wave, counters: &mut Counters) {
     let material = met.material;
     if material.transmission > 0.0 {
         dielectric(view, met, next, counters);
     } else if material.reflection > 0.0 {
         counters.reflection_rays += 1;
-        next.push(mirrored(view, met, material.mirror_color * material.reflection));
+        mirrored(view, met, material.mirror_color * material.reflection, next);
     }
 }
 
-/// The ray that shows what a mirror shows.
-pub fn mirrored(view: View, met: &Encounter, weight: Vec3) -> Traveller {
-    let Encounter { by, surface, material, .. } = met;
-    let node = by.node.reflected();
-    let mut direction = reflect(by.ray.direction, surface.shading_normal);
+/// Adds the ray that shows what a mirror shows.
+pub fn mirrored(view: View, met: &Encounter, weight: Vec3, next: &mut Wave) {
+    let Encounter { errand, surface, material, .. } = met;
+    let node = errand.node.reflected();
+    let mut direction = reflect(met.direction, surface.shading_normal);
     if material.gloss > 0.0 && view.settings.gloss {
         let square = met.sampler.stratified(node, Domain::Gloss);
         let radius = libm::cbrtf(met.sampler.extra(node, Domain::Gloss));
@@ -36,24 +36,25 @@ pub fn mirrored(view: View, met: &Encounter, weight: Vec3) -> Traveller {
         direction -= surface.geometric_normal * (2.0 * height);
     }
     let ray = Ray::new(surface.leave(direction), direction);
-    Traveller { ray, sample: by.sample, node, weight: by.weight * weight }
+    next.push(ray, Errand { sample: errand.sample, node, weight: errand.weight * weight });
 }
 
-/// The ray that goes through the surface in the refracted direction.
-pub fn transmitted(met: &Encounter, mut direction: Vec3, weight: Vec3) -> Traveller {
-    let Encounter { by, surface, .. } = met;
+/// Adds the ray that goes through the surface in the refracted direction.
+pub fn transmitted(met: &Encounter, mut direction: Vec3, weight: Vec3, next: &mut Wave) {
+    let Encounter { errand, surface, .. } = met;
     // A smooth normal may bend the ray back out: keep it on the far side.
     let height = direction.dot(surface.geometric_normal);
     if height > 0.0 {
         direction -= surface.geometric_normal * (2.0 * height);
     }
     let ray = Ray::new(surface.leave(direction), direction);
-    Traveller { ray, sample: by.sample, node: by.node.refracted(), weight: by.weight * weight }
+    let node = errand.node.refracted();
+    next.push(ray, Errand { sample: errand.sample, node, weight: errand.weight * weight });
 }
 
 /// How a transparent surface divides light: the refracted direction, and weights of reflection and refraction.
 pub fn division(view: View, met: &Encounter) -> (Option<Vec3>, f32, f32) {
-    let (direction, material) = (met.by.ray.direction, met.material);
+    let (direction, material) = (met.direction, met.material);
     let eta = if met.front { 1.0 / material.ior } else { material.ior };
     let normal = met.surface.shading_normal;
     let refracted = refract(direction, normal, eta);
@@ -69,15 +70,15 @@ pub fn division(view: View, met: &Encounter) -> (Option<Vec3>, f32, f32) {
     }
 }
 
-fn dielectric(view: View, met: &Encounter, next: &mut Vec<Traveller>, counters: &mut Counters) {
+fn dielectric(view: View, met: &Encounter, next: &mut Wave, counters: &mut Counters) {
     let (refracted, reflected, through) = division(view, met);
     if reflected > 0.0 {
         counters.reflection_rays += 1;
-        next.push(mirrored(view, met, met.material.mirror_color * reflected));
+        mirrored(view, met, met.material.mirror_color * reflected, next);
     }
     if let Some(direction) = refracted {
         counters.refraction_rays += 1;
-        next.push(transmitted(met, direction, Vec3::splat(through)));
+        transmitted(met, direction, Vec3::splat(through), next);
     }
 }
 

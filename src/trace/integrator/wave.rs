@@ -9,22 +9,41 @@ use crate::trace::sampler::{Domain, Node, Sampler};
 use crate::trace::surfacing::Surfacing;
 use crate::trace::{Hit, Ray, Surface, Worker};
 
-/// A ray on its way, and what becomes of the light that it finds.
+/// What becomes of the light that a ray finds.
 #[derive(Clone, Copy, Debug)]
-pub struct Traveller {
-    pub ray: Ray,
+pub struct Errand {
+    pub node: Node,
     /// Index of its sample in the batch.
     pub sample: u32,
-    pub node: Node,
     /// Factor of its light in the colour of the sample.
     pub weight: Vec3,
+}
+
+/// Rays on their way, and their errands.
+#[derive(Debug, Default)]
+pub struct Wave {
+    rays: Vec<Ray>,
+    errands: Vec<Errand>,
+}
+
+impl Wave {
+    #[inline]
+    pub fn push(&mut self, ray: Ray, errand: Errand) {
+        self.rays.push(ray);
+        self.errands.push(errand);
+    }
+
+    fn clear(&mut self) {
+        self.rays.clear();
+        self.errands.clear();
+    }
 }
 
 /// Shadow rays towards one light, with what each adds if nothing stands in its way.
 #[derive(Debug, Default)]
 struct Shadows {
     rays: Vec<Ray>,
-    /// Ends of the rays.
+    /// Ends of the rays, where transparent surfaces do not stop them.
     targets: Vec<Vec3>,
     gains: Vec<(u32, Vec3)>,
 }
@@ -32,10 +51,10 @@ struct Shadows {
 /// Memory of the waves, kept from batch to batch.
 #[derive(Debug, Default)]
 pub struct Buffers {
-    rays: Vec<Ray>,
-    wave: Vec<Traveller>,
-    next: Vec<Traveller>,
+    wave: Wave,
+    next: Wave,
     hits: Vec<Option<Hit>>,
+    blocked: Vec<bool>,
     /// By light.
     shadows: Vec<Shadows>,
     samplers: Vec<Sampler>,
@@ -55,13 +74,14 @@ impl Buffers {
     pub fn start(&mut self, ray: Ray, sampler: Sampler) {
         let sample = self.samplers.len() as u32;
         self.samplers.push(sampler);
-        self.wave.push(Traveller { ray, sample, node: Node::CAMERA, weight: Vec3::ONE });
+        self.wave.push(ray, Errand { sample, node: Node::CAMERA, weight: Vec3::ONE });
     }
 }
 
 /// A ray, the surface that it met, and what the surface is of.
 pub struct Encounter<'a> {
-    pub by: Traveller,
+    pub direction: Vec3,
+    pub errand: Errand,
     /// Faces the ray.
     pub surface: Surface,
     pub material: &'a Surfacing,
@@ -74,7 +94,7 @@ pub struct Encounter<'a> {
 pub fn trace(view: View, buffers: &mut Buffers, worker: &mut Worker) {
     buffers.shadows.resize_with(view.lights.len(), Shadows::default);
     for depth in 1..=view.settings.max_depth {
-        if buffers.wave.is_empty() {
+        if buffers.wave.rays.is_empty() {
             return;
         }
         find(view, buffers, worker);
@@ -83,7 +103,7 @@ pub fn trace(view: View, buffers: &mut Buffers, worker: &mut Worker) {
         }
         shade(view, buffers, depth == view.settings.max_depth, worker);
         for shadows in &mut buffers.shadows {
-            settle(view, shadows, &mut buffers.colors, worker);
+            settle(view, shadows, &mut buffers.blocked, &mut buffers.colors, worker);
         }
         std::mem::swap(&mut buffers.wave, &mut buffers.next);
         buffers.next.clear();
@@ -91,26 +111,26 @@ pub fn trace(view: View, buffers: &mut Buffers, worker: &mut Worker) {
 }
 
 fn find(view: View, buffers: &mut Buffers, worker: &mut Worker) {
-    buffers.rays.clear();
-    buffers.rays.extend(buffers.wave.iter().map(|traveller| traveller.ray));
     buffers.hits.clear();
+    buffers.hits.resize(buffers.wave.rays.len(), None);
     let hits = &mut buffers.hits;
-    view.accelerator.closest_all(view.geometry, &buffers.rays, worker, |_, hit| hits.push(hit));
+    view.accelerator.closest_all(view.geometry, &buffers.wave.rays, worker, |i, hit| hits[i] = hit);
 }
 
 fn shade(view: View, buffers: &mut Buffers, last: bool, worker: &mut Worker) {
     let Buffers { wave, next, hits, shadows, samplers, colors, .. } = buffers;
-    for (by, hit) in wave.iter().zip(hits) {
+    for ((ray, errand), hit) in wave.rays.iter().zip(&wave.errands).zip(hits) {
+        let (direction, sample) = (ray.direction, errand.sample as usize);
         let Some(hit) = hit else {
-            let sky = view.environment.map_or(view.settings.background, |sky| sky.lookup(by.ray.direction));
-            colors[by.sample as usize] += by.weight * sky;
+            let sky = view.environment.map_or(view.settings.background, |sky| sky.lookup(direction));
+            colors[sample] += errand.weight * sky;
             continue;
         };
-        let surface = view.geometry.surface(&by.ray, hit);
+        let surface = view.geometry.surface(ray, hit);
         let material = &view.materials[surface.material as usize];
-        let front = by.ray.direction.dot(surface.geometric_normal) < 0.0;
+        let front = direction.dot(surface.geometric_normal) < 0.0;
         let surface = if front { surface } else { surface.flipped() };
-        let met = Encounter { by: *by, surface, material, front, sampler: samplers[by.sample as usize] };
+        let met = Encounter { direction, errand: *errand, surface, material, front, sampler: samplers[sample] };
         if material.diffuse != Vec3::ZERO || material.specular != Vec3::ZERO {
             for (i, light) in view.lights.iter().enumerate() {
                 direct(view, &met, light, Domain::Light(i as u32), &mut shadows[i]);
@@ -140,48 +160,50 @@ fn direct(view: View, met: &Encounter, light: &Light, domain: Domain, shadows: &
             }
             return;
         }
-        LightSampling::Random => sampler.random(met.by.node, domain),
-        LightSampling::Jittered => sampler.stratified(met.by.node, domain),
+        LightSampling::Random => sampler.random(met.errand.node, domain),
+        LightSampling::Jittered => sampler.stratified(met.errand.node, domain),
     };
     lit(view, met, light, at, 1.0, shadows);
 }
 
 /// Blinn-Phong light from one point of a light, and the ray that tells whether anything stands between.
 fn lit(view: View, met: &Encounter, light: &Light, at: [f32; 2], share: f32, shadows: &mut Shadows) {
-    let Encounter { by, surface, material, .. } = met;
+    let Encounter { errand, surface, material, .. } = met;
     let target = light.point(at);
-    let to_light = target - surface.point;
-    let distance = to_light.length();
-    if distance == 0.0 {
+    if surface.geometric_normal.dot(target - surface.point) <= 0.0 {
         return;
     }
-    let direction = to_light / distance;
+    let from = surface.leave(surface.geometric_normal);
+    let offset = target - from;
+    let square = offset.length_squared();
+    let distance = square.sqrt();
+    let direction = offset * (1.0 / distance);
     let cosine = surface.shading_normal.dot(direction);
-    if cosine <= 0.0 || surface.geometric_normal.dot(direction) <= 0.0 {
+    // Not so where the light touches the surface either: the distance is 0, and the cosine no number.
+    if cosine.is_nan() || cosine <= 0.0 {
         return;
     }
     let mut color = material.diffuse * cosine;
     if material.specular != Vec3::ZERO {
-        let half = (direction - by.ray.direction).normalize_or_zero();
+        let half = (direction - met.direction).normalize_or_zero();
         let base = half.dot(surface.shading_normal).max(0.0);
         color += material.specular * libm::powf(base, material.shininess);
     }
-    let mut strength = if light.inverse_square { share / (distance * distance) } else { share };
+    let mut strength = if light.inverse_square { share / square } else { share };
     if view.settings.integrator == Integrator::Path && light.inverse_square && !light.is_point() {
         // A path tracer's area light is a Lambertian emitter.
-        strength *= light.normal().dot(direction).abs();
+        strength *= light.normal.dot(direction).abs();
     }
-    let from = surface.leave(direction);
-    let offset = target - from;
-    let t_max = offset.length();
-    let ray = Ray { origin: from, direction: if t_max > 0.0 { offset / t_max } else { direction }, t_max };
+    let ray = Ray { origin: from, direction, t_max: distance };
     shadows.rays.push(ray);
-    shadows.targets.push(target);
-    shadows.gains.push((by.sample, by.weight * (color * light.color * strength)));
+    if view.settings.transparent_shadows {
+        shadows.targets.push(target);
+    }
+    shadows.gains.push((errand.sample, errand.weight * (color * light.color * strength)));
 }
 
 /// Traces the shadow rays towards a light and adds what gets through.
-fn settle(view: View, shadows: &mut Shadows, colors: &mut [Vec3], worker: &mut Worker) {
+fn settle(view: View, shadows: &mut Shadows, blocked: &mut Vec<bool>, colors: &mut [Vec3], worker: &mut Worker) {
     let Shadows { rays, targets, gains } = shadows;
     worker.counters.shadow_rays += rays.len() as u64;
     let mut hits = 0;
@@ -192,13 +214,16 @@ fn settle(view: View, shadows: &mut Shadows, colors: &mut [Vec3], worker: &mut W
             colors[*sample as usize] += *gain * share;
         }
     } else {
-        view.accelerator.occluded_all(view.geometry, rays, worker, |i, blocked| {
-            hits += u64::from(blocked);
+        blocked.clear();
+        blocked.resize(rays.len(), true);
+        view.accelerator.occluded_all(view.geometry, rays, worker, |i, met| blocked[i] = met);
+        // In the order of the wave, whatever order the rays were traced in.
+        for ((sample, gain), blocked) in gains.iter().zip(&*blocked) {
+            hits += u64::from(*blocked);
             if !blocked {
-                let (sample, gain) = gains[i];
-                colors[sample as usize] += gain;
+                colors[*sample as usize] += *gain;
             }
-        });
+        }
     }
     worker.counters.shadow_hits += hits;
     rays.clear();

@@ -12,8 +12,6 @@ mod frustum;
 mod packet;
 mod walk;
 
-pub use packet::RAYS;
-
 use crate::trace::Geometry;
 use crate::trace::geometry::{Bounds, Kind, Model};
 use crate::trace::simd::{LANES, Width};

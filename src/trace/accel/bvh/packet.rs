@@ -9,6 +9,8 @@
 use super::frustum::Sight;
 use super::walk::{Cost, entry, lanes, others, prefetch_child, scan_rest};
 use super::{Bvh, Child, Held, LANES, NO_BACK, NO_FRONT, Tree};
+use glam::Vec3;
+
 use crate::trace::accel::Worker;
 use crate::trace::geometry::Best;
 use crate::trace::shapes::{self, Beam, Probe};
@@ -42,32 +44,103 @@ pub struct Group<L: Wide> {
     found: u32,
 }
 
-/// The axes in cyclic order along the last of which all rays mostly run, and all the same way.
-fn common_axes(rays: &[Ray]) -> Option<[usize; 3]> {
-    let axis = |ray: &Ray| shapes::dominant(ray.direction);
-    let last = axis(&rays[0]);
-    let backward = rays[0].direction[last] < 0.0;
-    let same = |ray: &Ray| axis(ray) == last && (ray.direction[last] < 0.0) == backward;
-    rays.iter().all(same).then_some([(last + 1) % 3, (last + 2) % 3, last])
+/// Ways in which rays can mostly run: along an axis, up or down.
+const WAYS: usize = 6;
+
+/// Rays that are sorted together: neighbours in the wave stay near each other.
+const SORTED: usize = 512;
+
+#[inline(always)]
+fn way(ray: &Ray) -> usize {
+    let axis = shapes::dominant(ray.direction);
+    2 * axis + usize::from(ray.direction[axis] < 0.0)
+}
+
+/// Sorts rays by the way that they run; gives where each way ends.
+fn sort(rays: &[Ray], order: &mut Vec<u32>) -> [usize; WAYS] {
+    let mut next = [0; WAYS];
+    rays.iter().for_each(|ray| next[way(ray)] += 1);
+    let mut sum = 0;
+    for count in &mut next {
+        sum += std::mem::replace(count, sum);
+    }
+    order.resize(rays.len(), 0);
+    for (i, ray) in rays.iter().enumerate() {
+        let at = &mut next[way(ray)];
+        order[*at] = i as u32;
+        *at += 1;
+    }
+    next
 }
 
 impl Bvh {
-    /// As [`Bvh::walk`] for up to [`RAYS`] rays that are near the tree. False if they are better traced one by one.
-    pub fn walk_packet<const ANY: bool>(
+    /// Walks of many rays, those that run the same way together: calls `done` for each with its number, how far it was
+    /// moved up to the primitives, and what it found.
+    pub fn each_packet<const ANY: bool>(
         &self,
         geometry: &Geometry,
         rays: &[Ray],
-        bests: &mut [Best; RAYS],
         worker: &mut Worker,
-    ) -> bool {
-        if worker.wait > 0 {
-            worker.wait -= 1;
-            return false;
-        }
-        let Some(axes) = common_axes(rays) else { return false };
+        mut done: impl FnMut(usize, f32, &Best, &mut Worker),
+    ) {
         if worker.stack.len() < self.stack {
             worker.stack.resize(self.stack, 0);
         }
+        let mut order = std::mem::take(&mut worker.order);
+        for (chunk, rays) in rays.chunks(SORTED).enumerate() {
+            let ends = sort(rays, &mut order);
+            self.each_sorted::<ANY>(geometry, rays, &order, ends, worker, |i, skip, best, worker| {
+                done(chunk * SORTED + i, skip, best, worker);
+            });
+        }
+        worker.order = order;
+    }
+
+    fn each_sorted<const ANY: bool>(
+        &self,
+        geometry: &Geometry,
+        rays: &[Ray],
+        order: &[u32],
+        ends: [usize; WAYS],
+        worker: &mut Worker,
+        mut done: impl FnMut(usize, f32, &Best, &mut Worker),
+    ) {
+        let mut start = 0;
+        let (mut skips, mut near) = ([0.0; RAYS], [Ray::new(Vec3::ZERO, Vec3::ZERO); RAYS]);
+        let mut bests = [Best::within(0.0); RAYS];
+        for (way, end) in ends.into_iter().enumerate() {
+            for numbers in order[start..end].chunks(RAYS) {
+                for (lane, n) in numbers.iter().enumerate() {
+                    (skips[lane], near[lane]) = geometry.approach(&rays[*n as usize]);
+                }
+                let near = &near[..numbers.len()];
+                if worker.wait > 0 {
+                    worker.wait -= 1;
+                    for (ray, best) in near.iter().zip(&mut bests) {
+                        *best = Best::within(ray.t_max);
+                        self.walk::<ANY>(geometry, &Probe::from(ray), best, worker);
+                    }
+                } else {
+                    self.walk_packet::<ANY>(geometry, near, way / 2, &mut bests, worker);
+                }
+                for (lane, n) in numbers.iter().enumerate() {
+                    done(*n as usize, skips[lane], &bests[lane], worker);
+                }
+            }
+            start = end;
+        }
+    }
+
+    /// As [`Bvh::walk`] for up to [`RAYS`] rays that all run mostly along this axis, the same way.
+    fn walk_packet<const ANY: bool>(
+        &self,
+        geometry: &Geometry,
+        rays: &[Ray],
+        axis: usize,
+        bests: &mut [Best; RAYS],
+        worker: &mut Worker,
+    ) {
+        let axes = [(axis + 1) % 3, (axis + 2) % 3, axis];
         match self.width {
             Width::Plain => walk::<Plain, ANY>(self, geometry, rays, axes, bests, worker),
             #[cfg(target_arch = "x86_64")]
@@ -77,7 +150,6 @@ impl Bvh {
             #[allow(unsafe_code)]
             Width::Avx2 => unsafe { walk_avx2::<ANY>(self, geometry, rays, axes, bests, worker) },
         }
-        true
     }
 }
 
