@@ -142,7 +142,7 @@ fn shuffle(index: u32, length: u32, key: u32) -> u32 {
         }
     }
     // Rotated by a share of the length: no division.
-    let turned = i + (u64::from(key.wrapping_mul(0x9e37_79b9)) * u64::from(length) >> 32) as u32;
+    let turned = i + ((u64::from(key.wrapping_mul(0x9e37_79b9)) * u64::from(length)) >> 32) as u32;
     if turned < length { turned } else { turned - length }
 }
 

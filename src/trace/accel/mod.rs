@@ -8,8 +8,8 @@ mod bvh;
 mod grid;
 
 use super::geometry::{Best, Kind};
-use super::shapes::Probe;
 use super::integrator::Buffers;
+use super::shapes::Probe;
 use super::simd::Width;
 use super::{Counters, Geometry, Hit, Ray};
 use crate::components::Accel;

@@ -16,6 +16,9 @@ const BINS: usize = 32;
 /// Ranges above this are binned on all threads, and their children built on all threads.
 const FORK: usize = 16 * 1024;
 
+/// Parts in which such a range is binned.
+const PARTS: usize = 8;
+
 /// Deeper than this, ranges are split in the middle: the stack of a walk stays bounded.
 const DEEPEST: usize = 40;
 
@@ -98,6 +101,17 @@ impl<'a> Range<'a> {
         Range { refs, bounds, middles }
     }
 
+    /// The same on all threads.
+    fn of_many(refs: &'a mut [Ref]) -> Self {
+        let parts = refs.par_chunks_mut(FORK).map(|refs| {
+            let Range { bounds, middles, .. } = Range::new(refs);
+            (bounds, middles)
+        });
+        let all = |a: (Extent, Extent), b: (Extent, Extent)| (a.0.union(b.0), a.1.union(b.1));
+        let (bounds, middles) = parts.reduce(|| (Extent::EMPTY, Extent::EMPTY), all);
+        Range { refs, bounds, middles }
+    }
+
     fn mixed(&self) -> bool {
         self.refs.iter().any(|r| r.held() != self.refs[0].held())
     }
@@ -118,39 +132,53 @@ struct Bins {
 }
 
 impl Bins {
-    fn new(range: &Range) -> Self {
-        let count = BINS.min(4 + range.refs.len() / 16);
-        let size = range.middles.high - range.middles.low;
-        // Flat axes go to bin 0; the factor keeps the last middle inside the last bin.
-        let scale = size.map(|s| if s > 0.0 { count as f32 * 0.9999 / s } else { 0.0 });
-        let scale = scale.map(|s| if s.is_finite() { s } else { 0.0 });
-        Bins { count, base: range.middles.low, scale, extents: [[Extent::EMPTY; BINS]; 3], counts: [[0; BINS]; 3] }
+    fn new() -> Box<Bins> {
+        let (extents, counts) = ([[Extent::EMPTY; BINS]; 3], [[0; BINS]; 3]);
+        Box::new(Bins { count: 0, base: Vec4::ZERO, scale: Vec4::ZERO, extents, counts })
     }
 
-    #[inline]
+    /// Makes the bins ready for a range.
+    fn reset(&mut self, range: &Range) {
+        self.count = BINS.min(4 + range.refs.len() / 16);
+        for axis in 0..3 {
+            self.extents[axis][..self.count].fill(Extent::EMPTY);
+            self.counts[axis][..self.count].fill(0);
+        }
+        let size = range.middles.high - range.middles.low;
+        // Flat axes go to bin 0; the last middle falls inside the last bin.
+        let end = self.count as f32 - 0.01;
+        self.base = range.middles.low;
+        self.scale = size.map(|s| if s > 0.0 && (end / s).is_finite() { end / s } else { 0.0 });
+    }
+
+    #[inline(always)]
     fn place(&self, r: &Ref) -> [usize; 3] {
-        let at = (r.middle() - self.base) * self.scale;
-        // Below BINS by construction; `min` says so to the compiler.
-        [at.x as usize, at.y as usize, at.z as usize].map(|i| i.min(BINS - 1))
+        /// 2^15: a small number added to it stands in its lowest bits, eight of them behind the point.
+        const FIXED: Vec4 = Vec4::splat(32_768.0);
+        let at = (r.middle() - self.base) * self.scale + FIXED;
+        let bin = |x: f32| x.to_bits() as usize >> 8 & (BINS - 1);
+        [bin(at.x), bin(at.y), bin(at.z)]
     }
 
     fn fill(&mut self, refs: &[Ref]) {
         for r in refs {
-            for (axis, i) in self.place(r).into_iter().enumerate() {
-                self.extents[axis][i].add(r.low, r.high);
-                self.counts[axis][i] += 1;
-            }
+            let [x, y, z] = self.place(r);
+            self.extents[0][x].add(r.low, r.high);
+            self.extents[1][y].add(r.low, r.high);
+            self.extents[2][z].add(r.low, r.high);
+            self.counts[0][x] += 1;
+            self.counts[1][y] += 1;
+            self.counts[2][z] += 1;
         }
     }
 
-    fn merge(mut self, other: Bins) -> Self {
+    fn merge(&mut self, other: &Bins) {
         for axis in 0..3 {
-            for i in 0..BINS {
+            for i in 0..self.count {
                 self.extents[axis][i] = self.extents[axis][i].union(other.extents[axis][i]);
                 self.counts[axis][i] += other.counts[axis][i];
             }
         }
-        self
     }
 
     /// The cheapest split: axis, and the first bin on its far side.
@@ -161,22 +189,23 @@ impl Bins {
             if self.scale[axis] == 0.0 {
                 continue;
             }
+            let (extents, counts) = (&self.extents[axis], &self.counts[axis]);
             let mut above = [f32::INFINITY; BINS];
             let (mut extent, mut count) = (Extent::EMPTY, 0);
             for i in (1..self.count).rev() {
-                extent = extent.union(self.extents[axis][i]);
-                count += self.counts[axis][i];
+                extent = extent.union(extents[i]);
+                count += counts[i];
                 if count > 0 {
                     above[i] = cost(&extent, count);
                 }
             }
             let (mut extent, mut count) = (Extent::EMPTY, 0);
-            for i in 1..self.count {
-                extent = extent.union(self.extents[axis][i - 1]);
-                count += self.counts[axis][i - 1];
-                let total = cost(&extent, count) + above[i];
+            for (first, above) in above.iter().enumerate().take(self.count).skip(1) {
+                extent = extent.union(extents[first - 1]);
+                count += counts[first - 1];
+                let total = cost(&extent, count) + above;
                 if count > 0 && total < best.0 {
-                    best = (total, Some((axis, i)));
+                    best = (total, Some((axis, first)));
                 }
             }
         }
@@ -184,18 +213,19 @@ impl Bins {
     }
 }
 
-fn split(range: Range, depth: usize) -> [Range; 2] {
+fn split<'a>(range: Range<'a>, bins: &mut Bins, depth: usize) -> [Range<'a>; 2] {
     if range.refs.len() <= LANES {
         return by_kind(range);
     }
-    let mut bins = Bins::new(&range);
+    bins.reset(&range);
     if range.refs.len() > FORK {
-        let chunks = range.refs.par_chunks(FORK / 4).map(|refs| {
-            let mut bins = Bins::new(&range);
+        let chunks = range.refs.par_chunks(range.refs.len().div_ceil(PARTS)).map(|refs| {
+            let mut bins = Bins::new();
+            bins.reset(&range);
             bins.fill(refs);
             bins
         });
-        bins = chunks.reduce(|| Bins::new(&range), Bins::merge);
+        chunks.collect::<Vec<_>>().iter().for_each(|part| bins.merge(part));
     } else {
         bins.fill(range.refs);
     }
@@ -219,7 +249,7 @@ fn split(range: Range, depth: usize) -> [Range; 2] {
         }
     }
     let side = |part: &[Extent]| part.iter().fold(Extent::EMPTY, |e, bin| e.union(*bin));
-    let bounds = [side(&bins.extents[axis][..first]), side(&bins.extents[axis][first..])];
+    let bounds = [side(&bins.extents[axis][..first]), side(&bins.extents[axis][first..bins.count])];
     let (a, b) = range.refs.split_at_mut(i);
     [
         Range { refs: a, bounds: bounds[0], middles: middles[0] },
@@ -238,7 +268,7 @@ fn by_kind(range: Range) -> [Range; 2] {
 fn build<S: Source>(source: &S, count: u32) -> Tree {
     let make = |n: u32| Ref::new(source.bounds(n), n, source.held(n));
     let mut refs: Vec<Ref> = (0..count).into_par_iter().with_min_len(4096).map(make).collect();
-    let range = Range::new(&mut refs);
+    let range = Range::of_many(&mut refs);
     let (low, high) = (range.bounds.low.truncate(), range.bounds.high.truncate());
     let extent = if count == 0 { 0.0 } else { low.abs().max(high.abs()).max_element() };
     let bounds = Bounds { min: low, max: high };
@@ -255,14 +285,14 @@ fn build<S: Source>(source: &S, count: u32) -> Tree {
     };
     if count > 0 {
         let depth;
-        (tree.root, depth) = grow(source, range, &mut tree, 0);
+        (tree.root, depth) = grow(source, range, &mut tree, &mut Bins::new(), 0);
         tree.stack = (LANES - 1) * depth + 1;
     }
     tree
 }
 
 /// Adds a range to the tree: the child that it becomes, and how many nodes deep it is.
-fn grow<S: Source>(source: &S, range: Range, tree: &mut Tree, depth: usize) -> (Child, usize) {
+fn grow<S: Source>(source: &S, range: Range, tree: &mut Tree, bins: &mut Bins, depth: usize) -> (Child, usize) {
     if range.is_leaf() {
         return (leaf(source, range.refs, tree), 0);
     }
@@ -274,7 +304,7 @@ fn grow<S: Source>(source: &S, range: Range, tree: &mut Tree, depth: usize) -> (
         let Some((widest, _)) = open.max_by(|a, b| a.1.bounds.half_area().total_cmp(&b.1.bounds.half_area())) else {
             break;
         };
-        let [a, b] = split(ranges.swap_remove(widest), depth);
+        let [a, b] = split(ranges.swap_remove(widest), bins, depth);
         ranges.extend([a, b]);
     }
     let at = tree.nodes.len();
@@ -297,17 +327,18 @@ fn grow<S: Source>(source: &S, range: Range, tree: &mut Tree, depth: usize) -> (
             .into_par_iter()
             .map(|range| {
                 let mut branch = tree.branch();
-                let child = grow(source, range, &mut branch, depth + 1);
+                let child = grow(source, range, &mut branch, &mut Bins::new(), depth + 1);
                 (branch, child)
             })
             .collect();
+        tree.reserve(&grown.iter().map(|(branch, _)| branch).collect::<Vec<_>>());
         for (i, (branch, (child, below))) in grown.into_iter().enumerate() {
             let child = tree.graft(branch, child);
             set(tree, i, (child, below));
         }
     } else {
         for (i, range) in ranges.into_iter().enumerate() {
-            let child = grow(source, range, tree, depth + 1);
+            let child = grow(source, range, tree, bins, depth + 1);
             set(tree, i, child);
         }
     }
@@ -327,6 +358,16 @@ impl Tree {
             extent: self.extent,
             stack: 0,
         }
+    }
+
+    /// Makes room for branches.
+    fn reserve(&mut self, branches: &[&Tree]) {
+        let total = |len: fn(&Tree) -> usize| branches.iter().map(|branch| len(branch)).sum();
+        self.nodes.reserve(total(|branch| branch.nodes.len()));
+        self.triangles.reserve(total(|branch| branch.triangles.len()));
+        self.spheres.reserve(total(|branch| branch.spheres.len()));
+        self.boxes.reserve(total(|branch| branch.boxes.len()));
+        self.lists.reserve(total(|branch| branch.lists.len()));
     }
 
     /// Takes over a branch; gives the child of it as it is numbered here.

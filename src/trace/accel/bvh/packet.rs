@@ -334,7 +334,8 @@ fn walk<L: Wide, const ANY: bool>(
         }
     }
     for (i, best) in bests.iter_mut().enumerate().take(rays.len()) {
-        if !done && !(ANY && best.found) {
+        let settled = done || (ANY && best.found);
+        if !settled {
             scan_rest::<L, ANY>(bvh, geometry, &Probe::from(&rays[i]), best, worker);
         }
     }
