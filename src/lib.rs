@@ -17,7 +17,7 @@
 //! | [`script`] | Rhai engine and API; time, easing, keyframes; emits edits as data |
 //! | [`load`] | RON, NFF, P3F, OBJ, PLY, images -> one resolved scene, with diagnostics; scenes -> RON |
 //! | [`output`] | PNG with metadata, frame names, atomic writes |
-//! | [`trace`] | the kernel: columns of primitives, grid and brute force, materials, lights, integrators, samplers |
+//! | [`trace`] | the kernel: columns of primitives, tree, grid and brute force, SIMD, materials, lights, integrators, samplers |
 //! | [`film`] | pixels: accumulate, tone, encode |
 //! | [`components`] | what an entity can carry; the scene and its edits as plain data |
 //! | [`base`] | exact mathematics, random numbers, colour, limits, diagnostics |

@@ -48,7 +48,7 @@ pub struct RenderArguments {
     /// whitted or distribution
     #[arg(long, value_name = "NAME", value_parser = |s: &str| Integrator::parse(s).ok_or_else(|| choices(Integrator::NAMES)))]
     integrator: Option<Integrator>,
-    /// auto, grid or brute; the pictures do not depend on it
+    /// auto, bvh, grid or brute; the pictures do not depend on it
     #[arg(long, value_name = "NAME", value_parser = |s: &str| Accel::parse(s).ok_or_else(|| choices(Accel::NAMES)))]
     accel: Option<Accel>,
     /// Bits per channel of the picture, 8 or 16

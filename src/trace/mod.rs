@@ -1,10 +1,10 @@
 //! The kernel: rays against columns of primitives.
 //!
 //! No I/O, no entities, no `dyn` in an inner loop, `f32` throughout. [`geometry`] holds the primitives as columns,
-//! [`shapes`] the tests of single ones, [`accel`] finds the nearest along a ray, and whatever finds it, the answer is
-//! the same to the bit. [`surface`] says where a hit is and how exactly that is known. [`integrator`] is the recursion
-//! over [`lights`], [`surfacing`] (materials) and [`camera`] rays in an
-//! [`environment`], fed by the stateless [`sampler`].
+//! [`shapes`] the tests of single ones, written over the lanes of [`simd`]; [`accel`] finds the nearest along a ray, and
+//! whatever finds it, on whatever processor, the answer is the same to the bit. [`surface`] says where a hit is and how
+//! exactly that is known. [`integrator`] follows light through waves of [`camera`] rays and what they give rise to, over
+//! [`lights`] and [`surfacing`] (materials) in an [`environment`], fed by the stateless [`sampler`].
 
 pub mod accel;
 pub mod camera;

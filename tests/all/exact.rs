@@ -59,12 +59,29 @@ fn frames_do_not_depend_on_threads_order_or_company() {
 #[test]
 fn the_accelerator_does_not_show() {
     let desk = desk();
-    for accel in ["grid", "brute", "auto"] {
+    for accel in ["grid", "brute", "bvh", "auto"] {
         desk.anim(&format!("show.rhai -o {accel} --accel {accel} --frames 1,3")).ok();
     }
     let brute = pixels(&desk, "brute");
     assert_eq!(pixels(&desk, "grid"), brute);
+    assert_eq!(pixels(&desk, "bvh"), brute);
     assert_eq!(pixels(&desk, "auto"), brute);
+}
+
+#[test]
+fn every_integrator_gives_the_same_bytes_with_any_accelerator_and_thread_count() {
+    let desk = desk();
+    for integrator in ["whitted", "distribution", "path"] {
+        let render = |accel: &str, threads: usize| {
+            let folder = format!("{integrator}-{accel}-{threads}");
+            let flags = format!("--integrator {integrator} --accel {accel} --threads {threads} --frames 1,3");
+            desk.anim(&format!("show.rhai -o {folder} {flags}")).ok();
+            pixels(&desk, &folder)
+        };
+        let brute = render("brute", 1);
+        assert_eq!(render("bvh", 2), brute, "{integrator}");
+        assert_eq!(render("grid", 3), brute, "{integrator}");
+    }
 }
 
 /// Pixels alone: the settings in the metadata name the accelerator.

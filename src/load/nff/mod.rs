@@ -119,6 +119,7 @@ impl Reader<'_> {
                     self.scene.render.accel = match n as i64 {
                         0 => Accel::Brute,
                         1 => Accel::Grid,
+                        2 => Accel::Bvh,
                         _ => Accel::Auto,
                     };
                 }

@@ -144,25 +144,18 @@ impl Accelerator {
         worker: &mut Worker,
         mut found: impl FnMut(usize, bool),
     ) {
-        let planes = !geometry.range(Kind::Plane).is_empty();
-        match self {
-            Accelerator::Bvh(bvh) if !planes => {
-                bvh.each_packet::<true>(geometry, rays, worker, |i, _, best, _| found(i, best.found));
-            }
-            _ => rays.iter().enumerate().for_each(|(i, ray)| found(i, self.occluded(geometry, ray, worker))),
-        }
+        let Accelerator::Bvh(bvh) = self else {
+            return rays.iter().enumerate().for_each(|(i, ray)| found(i, self.occluded(geometry, ray, worker)));
+        };
+        bvh.each_packet::<true>(geometry, rays, worker, |i, _, best, worker| {
+            found(i, best.found || planes_block(geometry, &rays[i], worker));
+        });
     }
 
     /// Whether anything lies between the origin and `t_max`: true exactly if [`Self::closest`] finds something.
     pub fn occluded(&self, geometry: &Geometry, ray: &Ray, worker: &mut Worker) -> bool {
-        let planes = geometry.range(Kind::Plane);
-        if !planes.is_empty() {
-            let (probe, mut best) = (Probe::from(ray), Best::within(ray.t_max));
-            worker.counters.intersection_tests += u64::from(planes.end - planes.start);
-            planes.for_each(|n| geometry.test(n, &probe, &mut best));
-            if best.found {
-                return true;
-            }
+        if planes_block(geometry, ray, worker) {
+            return true;
         }
         let (_, ray) = geometry.approach(ray);
         let mut best = Best::within(ray.t_max);
@@ -202,6 +195,18 @@ fn with_planes(geometry: &Geometry, ray: &Ray, skip: f32, finite: Best, worker: 
     }
     let Best { t, primitive, element, u, v, .. } = best;
     best.found.then_some(Hit { t, primitive, element, u, v })
+}
+
+/// Whether a plane lies between the origin and `t_max`.
+fn planes_block(geometry: &Geometry, ray: &Ray, worker: &mut Worker) -> bool {
+    let planes = geometry.range(Kind::Plane);
+    if planes.is_empty() {
+        return false;
+    }
+    let (probe, mut best) = (Probe::from(ray), Best::within(ray.t_max));
+    worker.counters.intersection_tests += u64::from(planes.end - planes.start);
+    planes.for_each(|n| geometry.test(n, &probe, &mut best));
+    best.found
 }
 
 #[cfg(test)]

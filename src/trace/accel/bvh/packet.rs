@@ -196,29 +196,35 @@ impl<L: Wide> Group<L> {
         }
     }
 
-    fn best(&self, lane: usize) -> Best {
-        Best {
-            t: self.t.store()[lane],
-            primitive: self.primitive.store()[lane].to_bits(),
-            element: self.element.store()[lane].to_bits(),
-            u: self.u.store()[lane],
-            v: self.v.store()[lane],
-            found: self.found >> lane & 1 == 1,
+    /// Hits so far, ray by ray.
+    #[inline(always)]
+    fn bests(&self) -> [Best; LANES] {
+        let [t, u, v] = [self.t.store(), self.u.store(), self.v.store()];
+        let [primitive, element] = [self.primitive.store(), self.element.store()];
+        let mut bests = [Best::within(0.0); LANES];
+        for (i, best) in bests.iter_mut().enumerate() {
+            let (primitive, element) = (primitive[i].to_bits(), element[i].to_bits());
+            *best = Best { t: t[i], primitive, element, u: u[i], v: v[i], found: self.found >> i & 1 == 1 };
         }
+        bests
     }
 
-    fn set(&mut self, lane: usize, best: &Best) {
-        let put = |column: &mut L, x: f32| {
-            let mut all = column.store();
-            all[lane] = x;
-            *column = L::load(&all);
-        };
-        put(&mut self.t, best.t);
-        put(&mut self.primitive, f32::from_bits(best.primitive));
-        put(&mut self.element, f32::from_bits(best.element));
-        put(&mut self.u, best.u);
-        put(&mut self.v, best.v);
-        self.found |= u32::from(best.found) << lane;
+    /// Takes hits back into the lanes.
+    #[inline(always)]
+    fn set(&mut self, bests: &[Best; LANES]) {
+        let mut columns = [[0.0; LANES]; 5];
+        self.found = 0;
+        for (i, best) in bests.iter().enumerate() {
+            columns[0][i] = best.t;
+            columns[1][i] = best.u;
+            columns[2][i] = best.v;
+            columns[3][i] = f32::from_bits(best.primitive);
+            columns[4][i] = f32::from_bits(best.element);
+            self.found |= u32::from(best.found) << i;
+        }
+        let [t, u, v, primitive, element] = &columns;
+        (self.t, self.u, self.v) = (L::load(t), L::load(u), L::load(v));
+        (self.primitive, self.element) = (L::load(primitive), L::load(element));
     }
 
     /// Keeps the hits of one primitive that are nearer than the best so far, or as near and lower in number.
@@ -227,12 +233,12 @@ impl<L: Wide> Group<L> {
         let nearer = L::both(hit, t.lt(self.t));
         let level = L::bits(L::both(hit, t.le(self.t))) & !L::bits(nearer) & self.found;
         if level != 0 && !ANY {
-            let [t, u, v] = [t.store(), u.store(), v.store()];
+            let mut bests = self.bests();
+            let (t, u, v) = (t.store(), u.store(), v.store());
             for lane in lanes(level) {
-                let mut best = self.best(lane);
-                best.offer(t[lane], number, element, u[lane], v[lane]);
-                self.set(lane, &best);
+                bests[lane].offer(t[lane], number, element, u[lane], v[lane]);
             }
+            self.set(&bests);
         }
         self.found |= L::bits(nearer);
         // Nothing is before minus infinity: a ray that asks for any hit is done.
@@ -326,12 +332,7 @@ fn walk<L: Wide, const ANY: bool>(
     let mut groups: [Group<L>; GROUPS] = [Group::new(rays, axes), Group::new(&rays[second..], axes)];
     let done = descend::<L, ANY>(bvh, geometry, rays, &mut groups, worker);
     for (group, bests) in groups.iter().zip(bests.chunks_exact_mut(LANES)) {
-        let [t, u, v] = [group.t.store(), group.u.store(), group.v.store()];
-        let [primitive, element] = [group.primitive.store(), group.element.store()];
-        for (i, best) in bests.iter_mut().enumerate() {
-            let (primitive, element) = (primitive[i].to_bits(), element[i].to_bits());
-            *best = Best { t: t[i], primitive, element, u: u[i], v: v[i], found: group.found >> i & 1 == 1 };
-        }
+        bests.copy_from_slice(&group.bests());
     }
     for (i, best) in bests.iter_mut().enumerate().take(rays.len()) {
         let settled = done || (ANY && best.found);
@@ -388,16 +389,15 @@ fn descend<L: Wide, const ANY: bool>(
                     continue;
                 }
                 let list = &tree.lists[child.index()][..child.count() as usize];
+                let mut bests = group.bests();
                 for lane in lanes(some) {
-                    let mut best = group.best(lane);
-                    if let Some(ray) = rays.get(g * LANES + lane) {
-                        cost += others::<L, ANY>(bvh, geometry, list, &Probe::from(ray), &mut best, &mut stack[held..]);
-                    }
+                    let (Some(ray), best) = (rays.get(g * LANES + lane), &mut bests[lane]) else { continue };
+                    cost += others::<L, ANY>(bvh, geometry, list, &Probe::from(ray), best, &mut stack[held..]);
                     if ANY && best.found {
                         best.t = f32::NEG_INFINITY;
                     }
-                    group.set(lane, &best);
                 }
+                group.set(&bests);
             }
             if met != 0 {
                 limit = sight.limit(groups);
