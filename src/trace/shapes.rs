@@ -185,15 +185,27 @@ pub fn triangle<L: Lanes>(ray: &Beam<L>, corners: [V3<L>; 3]) -> Option<Triangle
     // an accelerator will look for it.
     let low = a.min(b).min(c);
     let high = a.max(b).max(c);
-    let pad = low.abs().max(high.abs()).max_element() * L::splat(TRIANGLE_PAD);
+    let size = low.abs().max(high.abs());
+    let doubt = doubt(ray, size, [ax, bx, cx], [ay, by, cy], per_area);
+    let pad = size.max_element() * L::splat(TRIANGLE_PAD);
     let pad = V3 { x: pad, y: pad, z: pad };
     let low = (low - pad) * ray.turned_inverse;
     let high = (high + pad) * ray.turned_inverse;
     let near = low.min(high).max_element();
     let far = low.max(high).min_element();
     let t = t.max(near).min(far);
-    let hit = L::both(L::both(inside, area.ne(zero)), L::both(near.le(far), zero.lt(t)));
+    let hit = L::both(L::both(inside, area.ne(zero)), L::both(near.le(far), doubt.lt(t)));
     Some(TriangleHits { t, u: v * per_area, v: w * per_area, front: zero.lt(area * sz), hit })
+}
+
+/// A bound of the error of a triangle's distance (pbrt-v4, section 6.8.4): a hit that is no farther may lie behind the
+/// origin, on the surface that the ray leaves.
+#[inline(always)]
+fn doubt<L: Lanes>(ray: &Beam<L>, size: V3<L>, [ax, bx, cx]: [L; 3], [ay, by, cy]: [L; 3], per_area: L) -> L {
+    let x = ax.abs().max(bx.abs()).max(cx.abs());
+    let y = ay.abs().max(by.abs()).max(cy.abs());
+    let edges = (L::splat(36.0) * x * y + L::splat(15.0) * size.z * (x + y)) * per_area.abs();
+    size.z * ray.shear.z.abs() * (L::splat(9.0) + edges) * L::splat(f32::EPSILON)
 }
 
 /// Distances at which lines enter and leave axis-aligned boxes; near > far where they miss.

@@ -79,6 +79,34 @@ fn rays_that_leave_a_solid_neither_meet_it_again_nor_slip_through() {
     }
 }
 
+/// Two large triangles that many rays leave, most of them at a low angle, far from the corners and near the diagonal.
+#[test]
+fn rays_that_leave_a_large_floor_do_not_meet_it_again() {
+    for (tilt, scale) in [(0.0, 12.0), (0.3, 12.0), (1.0, 500.0), (0.0, 1e5), (0.7, 0.05)] {
+        let turn = DMat3::from_rotation_x(tilt).as_mat3();
+        let corner = |x: f32, z: f32| turn * (Vec3::new(x, -0.04, z) * scale);
+        let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        let mut geometry = Geometry::default();
+        geometry.push_triangle(Tag::default(), [corners[0], corners[2], corners[1]], None);
+        geometry.push_triangle(Tag::default(), [corners[0], corners[3], corners[2]], None);
+        geometry.finish();
+        let mut next = random_vectors(tilt.to_bits());
+        let mut worker = Worker::default();
+        for _ in 0..20_000 {
+            let eye = turn * (Vec3::new(0.2, 0.3, 0.1) * scale);
+            let aim = next();
+            let ray = Ray::new(eye, (corner(0.99 * aim.x, 0.99 * aim.z) - eye).normalize());
+            let hit = Accelerator::Brute.closest(&geometry, &ray, &mut worker).unwrap();
+            let surface = geometry.surface(&ray, &hit);
+            let low = next() * Vec3::new(1.0, 0.3, 1.0);
+            let direction = (turn * low.with_y(low.y.abs() + 0.02)).normalize();
+            let leaving = Ray::new(surface.leave(direction), direction);
+            let again = Accelerator::Brute.closest(&geometry, &leaving, &mut worker);
+            assert!(again.is_none(), "tilt {tilt} scale {scale}: {surface:?} {direction} {again:?}");
+        }
+    }
+}
+
 #[test]
 fn the_error_bound_holds() {
     let center = Vec3::new(3.0, -2.0, 11.0);
