@@ -28,6 +28,9 @@
 //! Per frame: rest values -> the script's `frame` -> [`components::Edit`]s -> `animate` -> `hierarchy` -> `lights` ->
 //! `extract` (columns) -> `accelerate` -> `render` (tiles) -> `film` -> `output`.
 
+// Only `trace::simd`, the room with processor instructions in it, may.
+#![deny(unsafe_code)]
+
 pub mod base;
 pub mod cli;
 pub mod compare;

@@ -139,3 +139,25 @@ fn a_mirrored_mesh_keeps_its_outside() {
     let (_, stats) = render(&mut stage, &AtomicBool::new(false), &|_, _| {}).unwrap().unwrap();
     assert!(stats.counters.primary_hits > 0);
 }
+
+#[test]
+fn a_mesh_that_many_entities_use_is_stored_once() {
+    let side = 40;
+    let vertices = (0..side * side).map(|i| glam::Vec3::new((i % side) as f32, (i / side) as f32, 0.0)).collect();
+    let corner = |i: u32| [i, i + 1, i + side + 1];
+    let triangles = (0..side * (side - 1) - 1).map(corner).collect();
+    let data = Arc::new(MeshData::new(vertices, triangles, Vec::new()));
+    let copy = |i: u32| {
+        let translation = DVec3::new(f64::from(i % 100), f64::from(i / 100), -50.0);
+        let transform = Transform { translation, ..Transform::default() };
+        Bag::new([transform.into(), Mesh { data: data.clone(), ..Mesh::default() }.into()])
+    };
+    let entities = (0..10_000).map(copy).collect();
+    let mut stage = spawn(Scene { entities, ..scene() }).unwrap();
+    film(&mut stage);
+    let geometry = &stage.kept.geometry;
+    assert_eq!((geometry.len(), geometry.models().len(), geometry.parts().len()), (10_000, 1, 0));
+    let (_, accelerator) = stage.kept.accelerator.as_ref().unwrap();
+    let bytes = accelerator.bytes() + size_of_val(&data.triangles[..]);
+    assert!(bytes < 10_000 * 1_000, "{bytes}");
+}

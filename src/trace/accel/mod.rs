@@ -1,8 +1,28 @@
 //! What finds the primitive along a ray: brute force, a uniform grid, or a tree of boxes.
 //!
-//! Both share one front: far rays are moved up to the scene, then finite primitives and infinite planes are met, always
+//! All share one front: far rays are moved up to the scene, then finite primitives and infinite planes are met, always
 //! by the same tests and with the same rule for ties. The answer is therefore the same to the bit; only the cost
-//! differs. A [`Worker`] belongs to one thread; what it counts for a ray is a function of that ray alone.
+//! differs. A [`Worker`] belongs to one thread; what it counts for the rays of a tile depends on that tile alone.
+//!
+//! # What was found
+//!
+//! Measured with the `rays` bench on one thread of a machine with AVX2, in turns with Embree 3.13, whose library picks
+//! AVX-512 there; in millions of rays a second, Embree's single rays / its packets of eight / the tree here:
+//!
+//! | | primary | diffuse bounce | shadow |
+//! |---|---|---|---|
+//! | bunny, 69 k triangles | 18.7 / 55 / 32 | 16 / 20 / 12.4 | 21 / 34 / 19 |
+//! | blob, 874 k triangles | 14.3 / 30 / 20 | 8.3 / 9.1 / 6.8 | 12.8 / 17 / 11 |
+//! | bunny in a stadium | 10.6 / 36 / 24 | 10 / 11.5 / 7 | 17.8 / 40 / 25 |
+//! | sphereflake, 7 k spheres | 12.3 / 18 / 32 | 9.8 / 11.5 / 12 | 14.3 / 26 / 29 |
+//! | sphereflake, 598 k spheres | 9.6 / 12.3 / 16 | 6.3 / 7 / 7.3 | 11.1 / 17 / 13 |
+//!
+//! What helped most, in order: arithmetic that is inlined into the one function that enables AVX2 (a closure handed to
+//! the standard library is not: every addition becomes a call); one frustum test of a node for sixteen rays instead of
+//! sixteen tests of eight boxes; a ray in each lane at the leaves of packets; spreading the ray over the lanes again at
+//! every leaf instead of keeping it in registers that spill; a cost of splits that counts a leaf half by its primitives
+//! and half by its block (blocks alone put the floor into a leaf with the model that stands on it); 32 bins. Leaves of
+//! four were slower everywhere; prefetching the children of a node pays where the tree is larger than the cache.
 
 mod bvh;
 mod grid;

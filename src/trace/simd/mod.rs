@@ -322,15 +322,32 @@ pub enum Width {
     Avx2,
 }
 
+/// Something that is computed with lanes of any width.
+pub trait Kernel {
+    type Output;
+
+    /// To be marked `#[inline(always)]`, and all that computes with lanes in it, closures never handed to functions
+    /// that are not: what is left outside of the function that enables AVX2 becomes a call for every operation.
+    fn run<L: Wide>(self) -> Self::Output;
+}
+
 impl Width {
+    #[inline]
+    pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
+        match self {
+            Width::Plain => kernel.run::<Plain>(),
+            #[cfg(target_arch = "x86_64")]
+            Width::Sse2 => kernel.run::<Sse2>(),
+            #[cfg(target_arch = "x86_64")]
+            Width::Avx2 => x86::run_avx2(kernel),
+        }
+    }
+
     /// The widest that this processor has.
     pub fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
         {
-            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-                return Width::Avx2;
-            }
-            Width::Sse2
+            if x86::has_avx2() { Width::Avx2 } else { Width::Sse2 }
         }
         #[cfg(not(target_arch = "x86_64"))]
         Width::Plain
@@ -341,10 +358,13 @@ impl Width {
         #[cfg(target_arch = "x86_64")]
         {
             let mut all = vec![Width::Plain, Width::Sse2];
-            all.extend((Width::detect() == Width::Avx2).then_some(Width::Avx2));
+            all.extend(x86::has_avx2().then_some(Width::Avx2));
             all
         }
         #[cfg(not(target_arch = "x86_64"))]
         vec![Width::Plain]
     }
 }
+
+#[cfg(test)]
+mod tests;

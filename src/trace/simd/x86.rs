@@ -1,14 +1,31 @@
 //! Eight lanes in the registers of x86-64.
 //!
-//! Soundness: SSE2 is part of x86-64. An [`Avx2`] is only ever computed with inside a function that enables `avx2` and
-//! `fma`, which is entered only where [`super::Width::detect`] found both.
+//! Soundness: SSE2 is part of x86-64. An [`Avx2`] is only ever computed with inside [`run_avx2`], which is entered only
+//! where the processor has what it enables.
 
 #![allow(unsafe_code)]
 
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::{LANES, Lanes, Wide};
+use super::{Kernel, LANES, Lanes, Wide};
+
+pub fn has_avx2() -> bool {
+    is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
+}
+
+/// # Panics
+/// Where the processor has no AVX2.
+#[inline]
+pub fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
+    #[target_feature(enable = "avx2,fma")]
+    fn enabled<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run::<Avx2>()
+    }
+    assert!(has_avx2(), "this processor has no AVX2");
+    // SAFETY: it has.
+    unsafe { enabled(kernel) }
+}
 
 /// Eight lanes in one register.
 #[derive(Clone, Copy, Debug)]

@@ -14,9 +14,7 @@ use glam::Vec3;
 use crate::trace::accel::Worker;
 use crate::trace::geometry::Best;
 use crate::trace::shapes::{self, Beam, Probe};
-#[cfg(target_arch = "x86_64")]
-use crate::trace::simd::{Avx2, Sse2};
-use crate::trace::simd::{Plain, V3, Wide, Width};
+use crate::trace::simd::{Kernel, V3, Wide};
 use crate::trace::{Geometry, Ray};
 
 /// Eights of rays that go together.
@@ -141,29 +139,26 @@ impl Bvh {
         worker: &mut Worker,
     ) {
         let axes = [(axis + 1) % 3, (axis + 2) % 3, axis];
-        match self.width {
-            Width::Plain => walk::<Plain, ANY>(self, geometry, rays, axes, bests, worker),
-            #[cfg(target_arch = "x86_64")]
-            Width::Sse2 => walk::<Sse2, ANY>(self, geometry, rays, axes, bests, worker),
-            // SAFETY: this width is only ever detected, never assumed.
-            #[cfg(target_arch = "x86_64")]
-            #[allow(unsafe_code)]
-            Width::Avx2 => unsafe { walk_avx2::<ANY>(self, geometry, rays, axes, bests, worker) },
-        }
+        self.width.run(Walk::<ANY> { bvh: self, geometry, rays, axes, bests, worker });
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn walk_avx2<const ANY: bool>(
-    bvh: &Bvh,
-    geometry: &Geometry,
-    rays: &[Ray],
+struct Walk<'a, const ANY: bool> {
+    bvh: &'a Bvh,
+    geometry: &'a Geometry,
+    rays: &'a [Ray],
     axes: [usize; 3],
-    bests: &mut [Best; RAYS],
-    worker: &mut Worker,
-) {
-    walk::<Avx2, ANY>(bvh, geometry, rays, axes, bests, worker);
+    bests: &'a mut [Best; RAYS],
+    worker: &'a mut Worker,
+}
+
+impl<const ANY: bool> Kernel for Walk<'_, ANY> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Wide>(self) {
+        walk::<L, ANY>(self.bvh, self.geometry, self.rays, self.axes, self.bests, self.worker);
+    }
 }
 
 impl<L: Wide> Group<L> {
@@ -341,8 +336,8 @@ fn walk<L: Wide, const ANY: bool>(
         }
     }
     // The next packets are likely to fare as this one did.
-    worker.failures = if done { 0 } else { (worker.failures + 1).min(6) };
-    worker.wait = (1 << worker.failures) - 1;
+    worker.failures = if done { worker.failures.saturating_sub(1) } else { (worker.failures + 2).min(8) };
+    worker.wait = if done { 0 } else { (1 << worker.failures) - 1 };
 }
 
 /// False if the packet was given up.

@@ -6,9 +6,7 @@ use super::{Boxes, Bvh, Child, Held, LANES, NO_BACK, NO_FRONT, Node, Spheres, Tr
 use crate::trace::accel::Worker;
 use crate::trace::geometry::{Best, Kind};
 use crate::trace::shapes::{self, Beam, Probe};
-#[cfg(target_arch = "x86_64")]
-use crate::trace::simd::{Avx2, Sse2};
-use crate::trace::simd::{Plain, V3, Wide, Width, prefetch};
+use crate::trace::simd::{Kernel, V3, Wide, prefetch};
 use crate::trace::{Counters, Geometry, Sides};
 
 /// Margin of the boxes, relative to the greatest coordinate of ray and tree. What tests of primitives are held to errs
@@ -22,22 +20,25 @@ impl Bvh {
         if worker.stack.len() < self.stack {
             worker.stack.resize(self.stack, 0);
         }
-        match self.width {
-            Width::Plain => scan_rest::<Plain, ANY>(self, geometry, probe, best, worker),
-            #[cfg(target_arch = "x86_64")]
-            Width::Sse2 => scan_rest::<Sse2, ANY>(self, geometry, probe, best, worker),
-            // SAFETY: this width is only ever detected, never assumed.
-            #[cfg(target_arch = "x86_64")]
-            #[allow(unsafe_code)]
-            Width::Avx2 => unsafe { walk_avx2::<ANY>(self, geometry, probe, best, worker) },
-        }
+        self.width.run(Walk::<ANY> { bvh: self, geometry, probe, best, worker });
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn walk_avx2<const ANY: bool>(bvh: &Bvh, geometry: &Geometry, probe: &Probe, best: &mut Best, worker: &mut Worker) {
-    scan_rest::<Avx2, ANY>(bvh, geometry, probe, best, worker);
+struct Walk<'a, const ANY: bool> {
+    bvh: &'a Bvh,
+    geometry: &'a Geometry,
+    probe: &'a Probe,
+    best: &'a mut Best,
+    worker: &'a mut Worker,
+}
+
+impl<const ANY: bool> Kernel for Walk<'_, ANY> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Wide>(self) {
+        scan_rest::<L, ANY>(self.bvh, self.geometry, self.probe, self.best, self.worker);
+    }
 }
 
 /// A walk of the world's tree; the best so far may already be a hit.

@@ -1,0 +1,71 @@
+//! Every width does what the single number does, bit for bit, whatever the numbers.
+
+use proptest::prelude::*;
+
+use super::*;
+
+/// All operations on two lists of eight, one result after the other.
+struct Everything([f32; LANES], [f32; LANES]);
+
+impl Kernel for Everything {
+    type Output = Vec<u32>;
+
+    #[inline(always)]
+    fn run<L: Wide>(self) -> Vec<u32> {
+        let (a, b) = (L::load(&self.0), L::load(&self.1));
+        let mut out = Vec::new();
+        for x in [a + b, a - b, a * b, a / b, a.min(b), a.max(b), a.abs(), a.sqrt(), L::select(a.lt(b), a, b)] {
+            out.extend(x.store().map(canonical));
+        }
+        let (less, level) = (a.lt(b), a.le(b));
+        out.extend([less, level, a.ne(b), L::not(less), L::both(less, a.ne(b)), L::either(less, b.lt(a))].map(L::bits));
+        out
+    }
+}
+
+/// The payload of a NaN is nobody's business.
+fn canonical(x: f32) -> u32 {
+    if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() }
+}
+
+fn one_by_one(a: [f32; LANES], b: [f32; LANES]) -> Vec<u32> {
+    let mut out = Vec::new();
+    let numbers: [fn(f32, f32) -> f32; 9] = [
+        |a, b| a + b,
+        |a, b| a - b,
+        |a, b| a * b,
+        |a, b| a / b,
+        Lanes::min,
+        Lanes::max,
+        |a, _| Lanes::abs(a),
+        |a, _| Lanes::sqrt(a),
+        |a, b| Lanes::select(Lanes::lt(a, b), a, b),
+    ];
+    for f in numbers {
+        out.extend((0..LANES).map(|i| canonical(f(a[i], b[i]))));
+    }
+    let masks: [fn(f32, f32) -> bool; 6] = [
+        |a, b| a < b,
+        |a, b| a <= b,
+        |a, b| a != b,
+        |a, b| !Lanes::lt(a, b),
+        |a, b| a < b && a != b,
+        |a, b| a < b || b < a,
+    ];
+    out.extend(masks.map(|f| (0..LANES).fold(0, |bits, i| bits | u32::from(f(a[i], b[i])) << i)));
+    out
+}
+
+fn number() -> impl Strategy<Value = f32> {
+    let special = [0.0, -0.0, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, f32::MIN_POSITIVE, 1e-45, f32::MAX];
+    prop_oneof![3 => -2.0f32..2.0, 1 => prop::sample::select(special.to_vec()), 1 => any::<f32>()]
+}
+
+proptest! {
+    #[test]
+    fn all_widths_agree(a in prop::array::uniform8(number()), b in prop::array::uniform8(number())) {
+        for width in Width::all() {
+            prop_assert_eq!(width.run(Everything(a, b)), one_by_one(a, b), "{:?}", width);
+        }
+    }
+}
