@@ -1,10 +1,38 @@
 //! Colour transfer between linear light and the sRGB curve (IEC 61966-2-1).
 
+use std::sync::LazyLock;
+
 /// sRGB encoding of a linear value; input is clamped to 0..1, NaN counts as 0.
 pub fn srgb_encode(linear: f32) -> f32 {
     let x = if linear > 0.0 { linear.min(1.0) } else { 0.0 };
     if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * libm::powf(x, 1.0 / 2.4) - 0.055 }
 }
+
+/// The byte that stands for a linear value, clamped to 0..1: `srgb_encode(x) * 255`, rounded to nearest.
+///
+/// Looked up among the least values of all bytes: a power for every channel of every pixel would take as long as a
+/// tenth of a quick frame.
+pub fn srgb_byte(linear: f32) -> u8 {
+    LEAST_OF_BYTE.partition_point(|least| *least <= linear) as u8
+}
+
+fn rounded_byte(linear: f32) -> u8 {
+    (srgb_encode(linear) * 255.0 + 0.5) as u8
+}
+
+/// The least linear value that rounds to 1, to 2, and so on to 255.
+static LEAST_OF_BYTE: LazyLock<[f32; 255]> = LazyLock::new(|| {
+    std::array::from_fn(|i| {
+        // Bits of floats from 0 to 1 are in the order of the floats.
+        let (mut below, mut reached) = (0, 1.0f32.to_bits());
+        while reached - below > 1 {
+            let middle = below.midpoint(reached);
+            let there = usize::from(rounded_byte(f32::from_bits(middle))) > i;
+            *if there { &mut reached } else { &mut below } = middle;
+        }
+        f32::from_bits(reached)
+    })
+});
 
 /// Linear value of an sRGB-encoded one in 0..1.
 pub fn srgb_decode(encoded: f32) -> f32 {
@@ -19,6 +47,22 @@ pub fn luminance(rgb: [f32; 3]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn looked_up_bytes_are_the_rounded_ones() {
+        for (i, least) in LEAST_OF_BYTE.iter().enumerate() {
+            for x in [least.next_down().next_down(), least.next_down(), *least, least.next_up()] {
+                assert_eq!(srgb_byte(x), rounded_byte(x), "{i} {x}");
+            }
+        }
+        for i in -1_000..101_000 {
+            let x = i as f32 * 1e-5;
+            assert_eq!(srgb_byte(x), rounded_byte(x), "{x}");
+        }
+        for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.0, f32::MAX, 1e-45] {
+            assert_eq!(srgb_byte(x), rounded_byte(x), "{x}");
+        }
+    }
 
     #[test]
     fn the_curve_has_its_published_values_and_comes_back() {

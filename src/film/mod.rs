@@ -1,6 +1,6 @@
 //! The film: linear pixels of one frame and their way to numbers of a picture file.
 
-use crate::base::color::srgb_encode;
+use crate::base::color::{srgb_byte, srgb_encode};
 use crate::components::Transfer;
 
 /// Linear RGB pixels, top row first.
@@ -18,7 +18,11 @@ impl Film {
 
     /// RGB bytes, three per pixel, rounded to nearest.
     pub fn to_rgb8(&self, transfer: Transfer) -> Vec<u8> {
-        self.pixels.iter().flatten().map(|x| (encode(*x, transfer) * 255.0 + 0.5) as u8).collect()
+        let byte = |x: &f32| match transfer {
+            Transfer::Srgb => srgb_byte(*x),
+            Transfer::Linear => (encode(*x, transfer) * 255.0 + 0.5) as u8,
+        };
+        self.pixels.iter().flatten().map(byte).collect()
     }
 
     /// RGB in 16 bits, three per pixel, rounded to nearest.
