@@ -45,7 +45,7 @@ pub struct RenderArguments {
     /// Worker threads; the pictures do not depend on them [default: one per core]
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     threads: Option<usize>,
-    /// whitted or distribution
+    /// whitted, distribution or path
     #[arg(long, value_name = "NAME", value_parser = |s: &str| Integrator::parse(s).ok_or_else(|| choices(Integrator::NAMES)))]
     integrator: Option<Integrator>,
     /// auto, bvh, grid or brute; the pictures do not depend on it

@@ -152,8 +152,10 @@ fn param(defines: &[(String, String)], name: &str, default: Dynamic) -> Fallible
 
 /// Lets functions see what the top level of the script has named, unless a variable of their own hides it.
 fn show_constants(engine: &mut Engine, constants: Arc<Mutex<Map>>) {
-    // Marked as volatile by Rhai, not as going away; nothing else makes top-level names visible in functions.
-    #[allow(deprecated)]
+    #[allow(
+        deprecated,
+        reason = "marked as volatile by Rhai, not as going away; nothing else makes top-level names visible in functions"
+    )]
     engine.on_var(move |name, _, context| {
         if context.scope().contains(name) {
             return Ok(None);

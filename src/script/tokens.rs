@@ -27,8 +27,10 @@ enum Seen {
 
 pub fn register(engine: &mut Engine) {
     let state = Mutex::new(State::default());
-    // Marked as volatile by Rhai, not as going away; the alternative is another syntax than users expect.
-    #[allow(deprecated)]
+    #[allow(
+        deprecated,
+        reason = "marked as volatile by Rhai, not as going away; the alternative is another syntax than users expect"
+    )]
     engine.on_parse_token(move |token, at, _| {
         let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
         if at.line() == Some(1) && at.position() == Some(1) {

@@ -90,10 +90,8 @@ impl Reader<'_> {
         };
         let center = DVec3::new(x, y, z);
         let points: Vec<Vec3> = corners.iter().map(|c| (center + c.normalize() * radius).as_vec3()).collect();
-        let data = {
-            let triangles = hull(&points);
-            MeshData::new(points, triangles, Vec::new())
-        };
+        let triangles = hull(&points);
+        let data = MeshData::new(points, triangles, Vec::new());
         self.add(word, Mesh { data: Arc::new(data), ..Mesh::default() }, None);
     }
 

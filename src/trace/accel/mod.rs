@@ -146,13 +146,8 @@ impl Accelerator {
         let Accelerator::Bvh(bvh) = self else {
             return rays.iter().enumerate().for_each(|(i, ray)| found(i, self.closest(geometry, ray, worker)));
         };
-        let planes = !geometry.range(Kind::Plane).is_empty();
         bvh.each_packet::<false>(geometry, rays, worker, |i, skip, best, worker| {
-            if planes {
-                return found(i, with_planes(geometry, &rays[i], skip, *best, worker));
-            }
-            let Best { t, primitive, element, u, v, found: met } = *best;
-            found(i, met.then_some(Hit { t: skip + t, primitive, element, u, v }));
+            found(i, with_planes(geometry, &rays[i], skip, *best, worker));
         });
     }
 
@@ -202,31 +197,30 @@ impl Accelerator {
 }
 
 /// The nearer of the hit among the finite primitives and those of the planes.
+#[inline(always)]
 fn with_planes(geometry: &Geometry, ray: &Ray, skip: f32, finite: Best, worker: &mut Worker) -> Option<Hit> {
-    let mut best = Best::within(ray.t_max);
-    if finite.found {
-        best = Best { t: skip + finite.t, ..finite };
-    }
-    let planes = geometry.range(Kind::Plane);
-    if !planes.is_empty() {
-        let probe = Probe::from(ray);
-        worker.counters.intersection_tests += u64::from(planes.end - planes.start);
-        planes.for_each(|n| geometry.test(n, &probe, &mut best));
-    }
+    let mut best = if finite.found { Best { t: skip + finite.t, ..finite } } else { Best::within(ray.t_max) };
+    meet_planes(geometry, ray, &mut best, worker);
     let Best { t, primitive, element, u, v, .. } = best;
     best.found.then_some(Hit { t, primitive, element, u, v })
 }
 
 /// Whether a plane lies between the origin and `t_max`.
+#[inline(always)]
 fn planes_block(geometry: &Geometry, ray: &Ray, worker: &mut Worker) -> bool {
-    let planes = geometry.range(Kind::Plane);
-    if planes.is_empty() {
-        return false;
-    }
-    let (probe, mut best) = (Probe::from(ray), Best::within(ray.t_max));
-    worker.counters.intersection_tests += u64::from(planes.end - planes.start);
-    planes.for_each(|n| geometry.test(n, &probe, &mut best));
+    let mut best = Best::within(ray.t_max);
+    meet_planes(geometry, ray, &mut best, worker);
     best.found
+}
+
+#[inline(always)]
+fn meet_planes(geometry: &Geometry, ray: &Ray, best: &mut Best, worker: &mut Worker) {
+    let planes = geometry.range(Kind::Plane);
+    if !planes.is_empty() {
+        let probe = Probe::from(ray);
+        worker.counters.intersection_tests += u64::from(planes.end - planes.start);
+        planes.for_each(|n| geometry.test(n, &probe, best));
+    }
 }
 
 #[cfg(test)]

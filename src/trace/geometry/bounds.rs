@@ -42,10 +42,4 @@ impl Bounds {
         let pad = self.min.abs().max(self.max.abs()).max_element() * (8.0 * f32::EPSILON);
         Bounds { min: self.min - pad, max: self.max + pad }
     }
-
-    /// Half the surface.
-    pub fn half_area(&self) -> f32 {
-        let s = self.size();
-        s.x * s.y + s.y * s.z + s.z * s.x
-    }
 }

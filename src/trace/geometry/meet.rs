@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::solid::{Map, Placed, Solid};
-use super::{Bounds, Geometry, Kind, Sides};
+use super::{Bounds, Geometry, Instance, Kind, Sides};
 use crate::trace::shapes::{Frustum, Probe, plane, slab, sphere, triangle};
 use crate::trace::simd::V3;
 
@@ -95,12 +95,12 @@ impl Geometry {
                 let instance = &self.instances[index];
                 let model = &self.models[instance.model as usize];
                 let sides = self.tag(number).sides;
-                let (probe, per_unit) = instance.map.probe(probe);
+                let Some((probe, per_unit, near)) = instance.enter(probe, best.t) else { return };
                 for element in 0..model.mesh.triangles.len() as u32 {
                     if let Some((t, u, v, front)) = meet(&probe, &model.corners(element))
                         && sides.shows(front)
                     {
-                        best.offer(t * per_unit, number, element, u, v);
+                        best.offer((t * per_unit).max(near), number, element, u, v);
                     }
                 }
             }
@@ -136,6 +136,20 @@ impl Map {
         let direction = self.to_local * probe.direction;
         let per_unit = direction.length().recip();
         (Probe::new(self.to_local * (probe.origin - self.anchor), direction * per_unit), per_unit)
+    }
+}
+
+impl Instance {
+    /// The ray in the model's space, the length in the world of one unit along it there, and the distance in the world
+    /// before which nothing of the instance is met: hits are held to its bounds, where an accelerator will look for
+    /// them. `None` if it is not met before `limit`.
+    pub fn enter(&self, probe: &Probe, limit: f32) -> Option<(Probe, f32, f32)> {
+        let [near, far] = within(&self.bounds, probe);
+        if near > far || far <= 0.0 || near > limit {
+            return None;
+        }
+        let (local, per_unit) = self.map.probe(probe);
+        Some((local, per_unit, near.max(0.0)))
     }
 }
 

@@ -107,9 +107,13 @@ pub fn pixels(view: View, places: &[[u32; 2]], worker: &mut Worker) -> Vec<[f32;
     for first in (0..total).step_by(BATCH) {
         let batch = first..(first + BATCH).min(total);
         buffers.begin(batch.len());
+        let of_pixel = |[x, y]: [u32; 2]| Sampler::new(view.settings.seed, y * view.width + x, strata);
+        let mut sampler = of_pixel(places[first / samples]);
         for index in batch.clone() {
             let [x, y] = places[index / samples];
-            let mut sampler = Sampler::new(view.settings.seed, y * view.width + x, strata);
+            if index % samples == 0 {
+                sampler = of_pixel([x, y]);
+            }
             sampler.sample = (index % samples) as u32;
             let offset = if strata == 1 { [0.5; 2] } else { sampler.in_own_cell(Node::CAMERA, Domain::Pixel) };
             buffers.start(view.camera.ray(x, y, offset, &sampler), sampler);

@@ -3,7 +3,7 @@
 //! Soundness: SSE2 is part of x86-64. An [`Avx2`] is only ever computed with inside [`run_avx2`], which is entered only
 //! where the processor has what it enables.
 
-#![allow(unsafe_code)]
+#![allow(unsafe_code, reason = "processor instructions are unsafe to call; the module says why these are sound")]
 
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};

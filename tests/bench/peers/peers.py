@@ -202,7 +202,6 @@ def write_pov(folder, name, scene):
                 len(points), ",".join(map(angle, points)), len(faces), ",".join(map(angle, faces)),
                 finish[kind] % angle(color)))
         for spheres, (kind, color) in scene["spheres"]:
-            f.write("#declare Skin = texture { pigment { rgb 1 } }\n" if not spheres else "")
             f.write("union {\n" + "".join("sphere { %s, %.9g }\n" % (angle(c), r) for c, r in spheres))
             f.write("%s\n}\n" % (finish[kind] % angle(color)))
 

@@ -269,20 +269,7 @@ fn build<S: Source>(source: &S, count: u32) -> Tree {
     let make = |n: u32| Ref::new(source.bounds(n), n, source.held(n));
     let mut refs: Vec<Ref> = (0..count).into_par_iter().with_min_len(4096).map(make).collect();
     let range = Range::of_many(&mut refs);
-    let (low, high) = (range.bounds.low.truncate(), range.bounds.high.truncate());
-    let extent = if count == 0 { 0.0 } else { low.abs().max(high.abs()).max_element() };
-    let bounds = Bounds { min: low, max: high };
-    let mut tree = Tree {
-        root: Child::NONE,
-        nodes: Vec::new(),
-        triangles: Vec::new(),
-        spheres: Vec::new(),
-        boxes: Vec::new(),
-        lists: Vec::new(),
-        bounds,
-        extent,
-        stack: 0,
-    };
+    let mut tree = Tree::empty(Bounds { min: range.bounds.low.truncate(), max: range.bounds.high.truncate() });
     if count > 0 {
         let depth;
         (tree.root, depth) = grow(source, range, &mut tree, &mut Bins::new(), 0);
@@ -326,7 +313,7 @@ fn grow<S: Source>(source: &S, range: Range, tree: &mut Tree, bins: &mut Bins, d
         let grown: Vec<_> = ranges
             .into_par_iter()
             .map(|range| {
-                let mut branch = tree.branch();
+                let mut branch = Tree::empty(tree.bounds);
                 let child = grow(source, range, &mut branch, &mut Bins::new(), depth + 1);
                 (branch, child)
             })
@@ -346,7 +333,8 @@ fn grow<S: Source>(source: &S, range: Range, tree: &mut Tree, bins: &mut Bins, d
 }
 
 impl Tree {
-    fn branch(&self) -> Tree {
+    fn empty(bounds: Bounds) -> Tree {
+        let extent = if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
         Tree {
             root: Child::NONE,
             nodes: Vec::new(),
@@ -354,8 +342,8 @@ impl Tree {
             spheres: Vec::new(),
             boxes: Vec::new(),
             lists: Vec::new(),
-            bounds: self.bounds,
-            extent: self.extent,
+            bounds,
+            extent,
             stack: 0,
         }
     }
@@ -373,8 +361,10 @@ impl Tree {
     /// Takes over a branch; gives the child of it as it is numbered here.
     fn graft(&mut self, mut branch: Tree, child: Child) -> Child {
         let before = [self.nodes.len(), self.triangles.len(), self.spheres.len(), self.boxes.len(), self.lists.len()];
-        let moved =
-            |child: Child| if child == Child::NONE { child } else { child.moved(before[child.held() as usize]) };
+        let moved = |child: Child| match child {
+            Child::NONE => child,
+            _ => Child(child.0 + before[child.held() as usize] as u32),
+        };
         for node in &mut branch.nodes {
             node.children = node.children.map(moved);
         }

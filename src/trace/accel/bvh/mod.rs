@@ -73,11 +73,6 @@ impl Child {
     fn index(self) -> usize {
         (self.0 & ((1 << INDEX_BITS) - 1)) as usize
     }
-
-    /// The same child after `index` others of its kind were put before it.
-    fn moved(self, index: usize) -> Self {
-        if self == Child::NONE { self } else { Child(self.0 + index as u32) }
-    }
 }
 
 /// Boxes of eight children; those of missing ones are inside out.

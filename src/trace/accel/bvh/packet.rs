@@ -6,11 +6,11 @@
 //! boxes, and the tests are the same in every lane. Where the rays turn out to part ways, the packet is given up and
 //! each goes on alone with what it has found.
 
+use glam::Vec3;
+
 use super::frustum::Sight;
 use super::walk::{Cost, entry, lanes, others, prefetch_child, scan_rest};
 use super::{Bvh, Child, Held, LANES, NO_BACK, NO_FRONT, Tree};
-use glam::Vec3;
-
 use crate::trace::accel::Worker;
 use crate::trace::geometry::Best;
 use crate::trace::shapes::{self, Beam, Probe};
@@ -81,9 +81,7 @@ impl Bvh {
         worker: &mut Worker,
         mut done: impl FnMut(usize, f32, &Best, &mut Worker),
     ) {
-        if worker.stack.len() < self.stack {
-            worker.stack.resize(self.stack, 0);
-        }
+        self.make_room(worker);
         let mut order = std::mem::take(&mut worker.order);
         for (chunk, rays) in rays.chunks(SORTED).enumerate() {
             let ends = sort(rays, &mut order);

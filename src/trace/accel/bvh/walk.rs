@@ -17,10 +17,17 @@ impl Bvh {
     /// The nearest hit before `best.t`, or with `ANY` any one.
     #[inline]
     pub fn walk<const ANY: bool>(&self, geometry: &Geometry, probe: &Probe, best: &mut Best, worker: &mut Worker) {
+        self.make_room(worker);
+        self.width.run(Walk::<ANY> { bvh: self, geometry, probe, best, worker });
+    }
+}
+
+impl Bvh {
+    /// Sees to it that a walk's stack never overflows.
+    pub(super) fn make_room(&self, worker: &mut Worker) {
         if worker.stack.len() < self.stack {
             worker.stack.resize(self.stack, 0);
         }
-        self.width.run(Walk::<ANY> { bvh: self, geometry, probe, best, worker });
     }
 }
 
@@ -90,13 +97,13 @@ fn enter<L: Wide, const ANY: bool>(
     stack: &mut [u64],
 ) -> Cost {
     let instance = geometry.instance(number);
-    let (local, scale) = instance.map.probe(probe);
+    let Some((local, scale, near)) = instance.enter(probe, best.t) else { return Cost::default() };
     let hidden = match geometry.tag(number).sides {
         Sides::Both => 0,
         Sides::Front => NO_BACK,
         Sides::Back => NO_FRONT,
     };
-    let scope = Scope { scale, instance: Some(number), hidden };
+    let scope = Scope { scale, near, instance: Some(number), hidden };
     scan::<L, ANY>(&bvh.models[instance.model as usize], &local, scope, best, stack, |_, _, _| Cost::default())
 }
 
@@ -104,13 +111,15 @@ fn enter<L: Wide, const ANY: bool>(
 #[derive(Clone, Copy)]
 pub(super) struct Scope {
     scale: f32,
+    /// Distance in the world before which nothing is met.
+    near: f32,
     instance: Option<u32>,
     /// Sides that are not there for rays.
     hidden: u32,
 }
 
 impl Scope {
-    pub(super) const WORLD: Scope = Scope { scale: 1.0, instance: None, hidden: 0 };
+    pub(super) const WORLD: Scope = Scope { scale: 1.0, near: 0.0, instance: None, hidden: 0 };
 }
 
 #[derive(Clone, Copy, Default)]
@@ -265,11 +274,7 @@ fn descend<const ANY: bool>(
         let i = left.trailing_zeros() as usize & (LANES - 1);
         left &= left - 1;
         let child = node.children[i];
-        if child.held() == Held::Node
-            && let Some(ahead) = tree.nodes.get(child.index())
-        {
-            prefetch(ahead);
-        }
+        prefetch_child(tree, child);
         (left != 0, entry(near[i], child.0))
     };
     let (more, first) = take();
@@ -333,7 +338,7 @@ fn triangles<L: Wide>(block: &Triangles, beam: &Beam<L>, scope: Scope, best: &mu
     let [a, b, c] = &block.corners;
     let corners = [load(a, [x, y, z]), load(b, [x, y, z]), load(c, [x, y, z])];
     let Some(hits) = shapes::triangle(beam, corners) else { return };
-    let t = hits.t * L::splat(scope.scale);
+    let t = (hits.t * L::splat(scope.scale)).max(L::splat(scope.near));
     let met = L::bits(L::both(hits.hit, t.le(L::splat(best.t))));
     if met == 0 {
         return;
