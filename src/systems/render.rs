@@ -101,7 +101,8 @@ fn accelerate(stage: &mut Stage, rebuilt: bool) {
     let key = AccelKey { choice: settings.accel, density: settings.grid_density };
     let fits = stage.kept.accelerator.as_ref().is_some_and(|(known, _)| *known == key);
     if rebuilt || !fits {
-        let built = Accelerator::build(&stage.kept.geometry, key.choice, key.density);
+        let before = stage.kept.accelerator.as_ref().map(|(_, accelerator)| accelerator);
+        let built = Accelerator::rebuild(&stage.kept.geometry, key.choice, key.density, before);
         stage.kept.accelerator = Some((key, built));
     }
 }

@@ -103,10 +103,16 @@ impl Worker {
 impl Accelerator {
     /// `density` is in cells per primitive.
     pub fn build(geometry: &Geometry, choice: Accel, density: f64) -> Self {
+        Self::rebuild(geometry, choice, density, None)
+    }
+
+    /// As [`Self::build`]; what `before` holds of meshes that are still there is kept.
+    pub fn rebuild(geometry: &Geometry, choice: Accel, density: f64, before: Option<&Accelerator>) -> Self {
+        let before = before.and_then(|before| if let Accelerator::Bvh(bvh) = before { Some(&**bvh) } else { None });
         match choice {
             Accel::Brute => Accelerator::Brute,
             Accel::Grid => Accelerator::Grid(Box::new(Grid::build(geometry, density))),
-            Accel::Auto | Accel::Bvh => Accelerator::Bvh(Box::new(Bvh::build(geometry, Width::detect()))),
+            Accel::Auto | Accel::Bvh => Accelerator::Bvh(Box::new(Bvh::build(geometry, Width::detect(), before))),
         }
     }
 

@@ -12,6 +12,9 @@ mod frustum;
 mod packet;
 mod walk;
 
+use std::sync::Arc;
+
+use crate::components::MeshData;
 use crate::trace::Geometry;
 use crate::trace::geometry::{Bounds, Kind, Model};
 use crate::trace::simd::{LANES, Width};
@@ -146,23 +149,30 @@ impl Tree {
 /// The world's tree, and those of its models.
 pub struct Bvh {
     world: Tree,
-    models: Vec<Tree>,
+    /// By model; a mesh that was there before keeps its tree.
+    models: Vec<(Arc<MeshData>, Arc<Tree>)>,
     width: Width,
     /// Entries that the stack of a walk can come to hold.
     stack: usize,
 }
 
 impl Bvh {
-    pub fn build(geometry: &Geometry, width: Width) -> Self {
-        let models: Vec<Tree> = geometry.models().iter().map(build::model).collect();
+    /// `before` may be any tree: what it holds of the same meshes is not built again.
+    pub fn build(geometry: &Geometry, width: Width, before: Option<&Bvh>) -> Self {
+        let known = before.map_or(&[][..], |bvh| &bvh.models);
+        let tree = |model: &Model| {
+            let same = known.iter().find(|(mesh, _)| Arc::ptr_eq(mesh, &model.mesh));
+            same.map_or_else(|| Arc::new(build::model(model)), |(_, tree)| tree.clone())
+        };
+        let models: Vec<_> = geometry.models().iter().map(|model| (model.mesh.clone(), tree(model))).collect();
         let world = build::world(geometry);
-        let stack = world.stack + models.iter().map(|tree| tree.stack).max().unwrap_or(0);
+        let stack = world.stack + models.iter().map(|(_, tree)| tree.stack).max().unwrap_or(0);
         Bvh { world, models, width, stack }
     }
 
     /// Memory of trees and leaves.
     pub fn bytes(&self) -> usize {
-        self.world.bytes() + self.models.iter().map(Tree::bytes).sum::<usize>()
+        self.world.bytes() + self.models.iter().map(|(_, tree)| tree.bytes()).sum::<usize>()
     }
 }
 
@@ -219,5 +229,28 @@ impl Source for Model {
     }
     fn aabox(&self, _: u32) -> [glam::Vec3; 2] {
         [glam::Vec3::NAN; 2]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DAffine3, DVec3, Vec3};
+
+    use super::*;
+    use crate::trace::Tag;
+
+    #[test]
+    fn a_moved_instance_does_not_build_its_mesh_again() {
+        let mesh = Arc::new(MeshData::new(vec![Vec3::X, Vec3::Y, Vec3::Z], vec![[0, 1, 2]], Vec::new()));
+        let build = |mesh: &Arc<MeshData>, x: f64, before: Option<&Bvh>| {
+            let mut geometry = Geometry::default();
+            geometry.push_instance(Tag::default(), mesh, false, &DAffine3::from_translation(DVec3::X * x));
+            geometry.finish();
+            Bvh::build(&geometry, Width::detect(), before)
+        };
+        let first = build(&mesh, 0.0, None);
+        assert!(Arc::ptr_eq(&build(&mesh, 5.0, Some(&first)).models[0].1, &first.models[0].1));
+        let other = Arc::new(MeshData::clone(&mesh));
+        assert!(!Arc::ptr_eq(&build(&other, 5.0, Some(&first)).models[0].1, &first.models[0].1));
     }
 }

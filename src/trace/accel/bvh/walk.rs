@@ -104,7 +104,7 @@ fn enter<L: Wide, const ANY: bool>(
         Sides::Back => NO_FRONT,
     };
     let scope = Scope { scale, near, instance: Some(number), hidden };
-    scan::<L, ANY>(&bvh.models[instance.model as usize], &local, scope, best, stack, |_, _, _| Cost::default())
+    scan::<L, ANY>(&bvh.models[instance.model as usize].1, &local, scope, best, stack, |_, _, _| Cost::default())
 }
 
 /// Whose triangles are met, and how distances there relate to those in the world.
