@@ -64,7 +64,7 @@ pub fn resolve(out: Option<&str>, name: &str, sequence: bool, frames: usize) -> 
 }
 
 fn known(name: &str) -> Result<(), String> {
-    if name.to_lowercase().ends_with(".png") || is_exr(Path::new(name)) {
+    if ends_with(name, ".png") || ends_with(name, ".exr") {
         return Ok(());
     }
     Err(format!("-o: pictures are written as .png or .exr, not `{name}`"))
@@ -72,7 +72,11 @@ fn known(name: &str) -> Result<(), String> {
 
 /// Whether a file's name says that it is an OpenEXR file.
 pub fn is_exr(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr"))
+    ends_with(&path.to_string_lossy(), ".exr")
+}
+
+fn ends_with(name: &str, ending: &str) -> bool {
+    name.to_lowercase().ends_with(ending)
 }
 
 #[cfg(test)]
