@@ -4,6 +4,8 @@
 mod errors;
 #[path = "all/exact.rs"]
 mod exact;
+#[path = "all/film.rs"]
+mod film;
 #[path = "all/golden.rs"]
 mod golden;
 #[path = "all/house.rs"]

@@ -24,6 +24,10 @@ pub const SAMPLES: u32 = 65_536;
 pub const SHADOW_SAMPLES: u32 = 4_096;
 /// Ray generations: each may branch in two, so the tree is bounded by 2^depth.
 pub const RAY_DEPTH: u32 = 64;
+/// Stops of exposure either way: beyond them everything is black or white.
+pub const EXPOSURE: f64 = 64.0;
+/// Width of a reconstruction filter in pixels: wider ones blur, and belong behind the renderer.
+pub const FILTER_WIDTH: f64 = 16.0;
 /// Frames of one sequence: eleven hours at 24 frames a second.
 pub const FRAMES: u32 = 1_000_000;
 /// Worker threads.

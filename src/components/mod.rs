@@ -6,6 +6,7 @@
 
 pub mod camera;
 pub mod entity;
+pub mod film;
 pub mod light;
 pub mod material;
 pub mod record;
@@ -16,6 +17,7 @@ pub mod value;
 
 pub use camera::{Camera, Focus, Lens};
 pub use entity::{Bag, Component, Edit, Kind, Scene};
+pub use film::{Aov, Filter, ToneMap};
 pub use light::{AreaLight, Falloff, PointLight};
 pub use material::{Material, MaterialName, Texture};
 pub use record::{Check, FieldError, Invalid, Record};

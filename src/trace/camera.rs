@@ -52,6 +52,11 @@ impl CameraRays {
         CameraRays { lens: None, ..self }
     }
 
+    /// Distance of a point along the view axis, from the middle of the lens.
+    pub fn depth(&self, point: Vec3) -> f32 {
+        (point - self.origin).dot(self.forward)
+    }
+
     /// The ray of one sample through pixel (x, y), counted from the top left, at the given offset in the pixel.
     #[inline(always)]
     pub fn ray(&self, x: u32, y: u32, offset: [f32; 2], sampler: &Sampler) -> Ray {
