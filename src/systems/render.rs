@@ -6,7 +6,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::stage::{AccelKey, Stage};
-use super::{extract, hierarchy, lens, lights};
+use super::{extract, hierarchy, lens, lights, skins};
 use crate::base::diagnostics::Diagnostics;
 use crate::components::{Render, Transfer};
 use crate::film::Film;
@@ -52,6 +52,7 @@ pub fn render(
         camera = camera.pinhole();
     }
     surround(stage, &settings)?;
+    let skins = skins::skins(stage)?;
     let (materials, lights) = (extract::materials(stage), lights::lights(stage));
     let Some((_, accelerator)) = &stage.kept.accelerator else { return Ok(None) };
     let view = View {
@@ -59,6 +60,7 @@ pub fn render(
         accelerator,
         materials: &materials,
         lights: &lights,
+        skins: &skins,
         camera: &camera,
         environment: settings.environment.as_ref().and(stage.kept.environment.as_ref().map(|(_, sky)| sky)),
         settings: &resolved,
@@ -79,9 +81,10 @@ pub fn render(
 /// Sees to it that the World as it stands can be rendered, without rendering it.
 ///
 /// # Errors
-/// A focus on an entity that does not exist or does not lie before the camera.
-pub fn check(stage: &Stage) -> Result<(), Diagnostics> {
-    lens::camera_rays(stage, stage.settings().size).map(|_| ())
+/// A focus on an entity that does not exist or does not lie before the camera; a picture that cannot be read.
+pub fn check(stage: &mut Stage) -> Result<(), Diagnostics> {
+    lens::camera_rays(stage, stage.settings().size)?;
+    skins::read_pictures(stage)
 }
 
 /// Reads the sky that the settings name, unless it is the one that was read last.

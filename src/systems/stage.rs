@@ -52,6 +52,8 @@ pub(super) struct Kept {
     pub accelerator: Option<(AccelKey, Accelerator)>,
     /// The sky that was read last, by its folder and whether its values were decoded to linear light.
     pub environment: Option<((Text, bool), CubeMap)>,
+    /// Pictures that were read for textures.
+    pub pictures: Pictures,
     /// Placements may be out of date.
     pub stale_hierarchy: bool,
     /// Columns of primitives may be out of date.

@@ -78,10 +78,18 @@ pub fn parse(text: &str, file: &str, base: &Path) -> Result<(Scene, Diagnostics)
         }
     };
     let SceneFile { camera, render, materials, entities } = read;
-    let mut scene = Scene { camera, render, materials: materials.0, entities, base: base.to_path_buf() };
+    let mut scene = Scene {
+        camera,
+        render,
+        materials: materials.0,
+        entities,
+        base: base.to_path_buf(),
+        pictures: Pictures::default(),
+    };
     let mut problems = resolve::check(&scene);
     if problems.is_empty() {
         problems = mesh::load_all(&mut scene);
+        problems.extend(image::load_all(&mut scene));
         problems.extend(sky_problem(&scene));
     }
     if problems.is_empty() {

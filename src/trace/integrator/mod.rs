@@ -21,6 +21,7 @@ use super::environment::CubeMap;
 use super::lights::Light;
 use super::sampler::{Domain, Node, Sampler};
 use super::surfacing::Surfacing;
+use super::texture::{Cone, Skins};
 use super::{Accelerator, Geometry, Worker};
 use crate::components::{Fresnel, Integrator, Render, Shadows};
 pub use wave::Buffers;
@@ -85,6 +86,7 @@ pub struct View<'a> {
     pub accelerator: &'a Accelerator,
     pub materials: &'a [Surfacing],
     pub lights: &'a [Light],
+    pub skins: &'a Skins,
     pub camera: &'a CameraRays,
     /// Takes the place of the background colour.
     pub environment: Option<&'a CubeMap>,
@@ -103,6 +105,7 @@ pub fn pixels(view: View, places: &[[u32; 2]], worker: &mut Worker) -> Vec<[f32;
     let samples = (strata * strata) as usize;
     let mut sums = vec![Vec3::ZERO; places.len()];
     let mut buffers = std::mem::take(&mut worker.waves);
+    let cone = Cone { width: 0.0, spread: view.camera.spread() / strata as f32 };
     let total = places.len() * samples;
     for first in (0..total).step_by(BATCH) {
         let batch = first..(first + BATCH).min(total);
@@ -116,7 +119,7 @@ pub fn pixels(view: View, places: &[[u32; 2]], worker: &mut Worker) -> Vec<[f32;
             }
             sampler.sample = (index % samples) as u32;
             let offset = if strata == 1 { [0.5; 2] } else { sampler.in_own_cell(Node::CAMERA, Domain::Pixel) };
-            buffers.start(view.camera.ray(x, y, offset, &sampler), sampler);
+            buffers.start(view.camera.ray(x, y, offset, &sampler), sampler, cone);
         }
         worker.counters.primary_rays += batch.len() as u64;
         wave::trace(view, &mut buffers, worker);
