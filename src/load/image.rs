@@ -1,4 +1,4 @@
-//! Image files: pictures of textures, and the six faces of a cube map.
+//! Image files: pictures of textures and of what surrounds a scene.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::base::color::srgb_decode;
 use crate::base::diagnostics::Diagnostic;
 use crate::base::{files, limits};
 use crate::components::*;
-use crate::trace::environment::{CubeMap, FACES, Face};
+use crate::trace::environment::{CubeMap, FACES, Face, Source};
 
 /// Reads the faces `right left top bottom front back` (.jpg, .jpeg or .png) of a folder.
 ///
@@ -139,6 +139,25 @@ pub fn fetch(pictures: &mut Pictures, base: &Path, file: &Text, decoded: bool) -
     let picture = Arc::new(read_picture(&base.join(&**file), decoded, room)?);
     pictures.0.insert((file.clone(), decoded), picture.clone());
     Ok(picture)
+}
+
+/// Reads what surrounds a scene: the folder of a cube map, or a picture of the whole sphere.
+///
+/// With `decoded` their bytes stand for the sRGB curve; otherwise they are taken as they are.
+///
+/// # Errors
+/// As [`read_cube_map`] and [`fetch`].
+pub fn read_surroundings(
+    pictures: &mut Pictures,
+    base: &Path,
+    name: &Text,
+    decoded: bool,
+) -> Result<Source, Diagnostic> {
+    let path = base.join(&**name);
+    if path.is_dir() {
+        return read_cube_map(&path, decoded).map(|cube| Source::Cube(Arc::new(cube)));
+    }
+    fetch(pictures, base, name, decoded).map(Source::Sphere)
 }
 
 /// Reads the pictures that the textures of a scene name; each file is read once and shared.

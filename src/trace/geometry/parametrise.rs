@@ -91,6 +91,13 @@ impl Geometry {
 }
 
 impl Parametrisation {
+    /// How u and v change along a step in the tangent plane. What goes round goes round once: around a pole a footprint
+    /// has all of u in it, and no more.
+    pub fn along(&self, step: Vec3) -> Vec2 {
+        let [u, v] = self.gradients.map(|g| g.dot(step));
+        Vec2::new(if self.ends == [false, true] { u.clamp(-1.0, 1.0) } else { u }, v)
+    }
+
     /// Local gradients carried into the world's tangent plane.
     fn carried(self, map: &Map, surface: &Surface) -> Self {
         let n = surface.geometric_normal;

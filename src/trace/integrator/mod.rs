@@ -17,7 +17,7 @@ mod wave;
 use glam::Vec3;
 
 use super::camera::CameraRays;
-use super::environment::CubeMap;
+use super::environment::Environment;
 use super::lights::Light;
 use super::sampler::{Domain, Node, Sampler};
 use super::surfacing::Surfacing;
@@ -89,7 +89,7 @@ pub struct View<'a> {
     pub skins: &'a Skins,
     pub camera: &'a CameraRays,
     /// Takes the place of the background colour.
-    pub environment: Option<&'a CubeMap>,
+    pub environment: Option<&'a Environment>,
     pub settings: &'a Settings,
     pub width: u32,
 }

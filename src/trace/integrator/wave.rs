@@ -125,7 +125,7 @@ fn shade(view: View, buffers: &mut Buffers, last: bool, worker: &mut Worker) {
     for ((ray, errand), hit) in wave.rays.iter().zip(&wave.errands).zip(hits) {
         let (direction, sample) = (ray.direction, errand.sample as usize);
         let Some(hit) = hit else {
-            let sky = view.environment.map_or(view.settings.background, |sky| sky.lookup(direction));
+            let sky = view.environment.map_or(view.settings.background, |sky| sky.lookup_wide(direction, errand.cone));
             colors[sample] += errand.weight * sky;
             continue;
         };

@@ -21,7 +21,8 @@ use crate::base::color::luminance;
 use crate::base::math::sin_cos_degrees;
 use crate::components::{Pattern, Picture, Space, Texture};
 pub use cone::Cone;
-use image::{Edges, Sheet};
+use image::Edges;
+pub use image::Sheet;
 use pattern::Motif;
 
 /// Where a texture gets its colours from.
@@ -85,7 +86,7 @@ impl Layer {
         spot.axes.map(|a| {
             self.linear
                 * match self.space {
-                    Space::Uv => Vec3::new(spot.uv.gradients[0].dot(a), spot.uv.gradients[1].dot(a), 0.0),
+                    Space::Uv => spot.uv.along(a).extend(0.0),
                     Space::Object => spot.frame.map.to_local * a,
                     Space::World => a,
                 }
