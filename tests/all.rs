@@ -12,5 +12,7 @@ mod golden;
 mod house;
 #[path = "all/oracles.rs"]
 mod oracles;
+#[path = "all/textures.rs"]
+mod textures;
 #[path = "all/tool.rs"]
 mod tool;

@@ -11,6 +11,16 @@ pub const MESH_FILE_BYTES: u64 = 2 << 30;
 pub const IMAGE_FILE_BYTES: u64 = 1 << 30;
 /// Width and height of an image that is read: 16 k sky domes.
 pub const IMAGE_SIDE: u32 = 32_768;
+/// Texels of all pictures that the textures of a scene name: sixteen of 4 k x 4 k, about 2 GB with smaller copies.
+pub const TEXTURE_TEXELS: u64 = 1 << 28;
+/// The largest value of a texel: the smaller copies add them up, and shading squares them, inside `f32`.
+pub const TEXEL_VALUE: f32 = 1e9;
+/// Memory of one image while it is decoded: a 16 k x 8 k sky in floats, and a copy.
+pub const IMAGE_BYTES: u64 = 4 << 30;
+/// Colours of one pattern.
+pub const PATTERN_COLORS: usize = 64;
+/// Octaves of noise: the sixteenth is 65 k times finer than the first, beyond what `f32` resolves.
+pub const OCTAVES: u32 = 16;
 /// A script file: a thousand times the longest that a person writes.
 pub const SCRIPT_FILE_BYTES: u64 = 4 << 20;
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::film::{Aov, Filter, ToneMap};
-use super::record::ranges::{above, at_least, between, color, whole};
+use super::record::ranges::{above, at_least, between, color, coordinate, whole};
 use super::record::{Check, Invalid, choice, record};
 use super::value::Text;
 use crate::base::limits;
@@ -82,7 +82,9 @@ record! {
         pub integrator: Integrator = Integrator::Distribution,
         /// Colour of rays that leave the scene, linear.
         pub background: DVec3 = DVec3::ZERO,
-        /// Folder of a cube map (right, left, top, bottom, front, back), relative to the scene; over `background`.
+        /// What surrounds the scene in place of `background`, relative to the scene: the folder of a cube map (right,
+        /// left, top, bottom, front, back), or a picture of the whole sphere (equirectangular, PNG, JPEG or HDR) with
+        /// its middle at -z, u to the right and v up.
         pub environment: Option<Text> = None,
         /// Longest chain of rays, the camera's included: 1 shows no reflection.
         pub max_depth: u32 = 6,
@@ -124,6 +126,12 @@ record! {
         pub min_samples: u32 = 16,
         /// Whether noise is filtered out of the finished picture, by what its pixels show.
         pub denoise: bool = false,
+        /// Factor of `environment` or `sky`, 0 and up.
+        pub environment_intensity: f64 = 1.0,
+        /// Degrees about y that `environment` is turned by, counter-clockwise seen from above.
+        pub environment_rotation: f64 = 0.0,
+        /// A sky where there is no `environment`: colours straight up, at the horizon and straight down, linear.
+        pub sky: Option<[DVec3; 3]> = None,
     }
 }
 
@@ -189,6 +197,9 @@ impl Check for Render {
             let message = format!("`bit_depth` must be 8, 16 or 32, not {}", self.bit_depth);
             return Err(Invalid { field: "bit_depth", message });
         }
+        at_least("environment_intensity", self.environment_intensity, 0.0)?;
+        coordinate("environment_rotation", self.environment_rotation)?;
+        self.sky.iter().flatten().try_for_each(|c| color("sky", *c))?;
         self.check_film()
     }
 }

@@ -5,12 +5,13 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::stage::{AccelKey, Stage};
-use super::{extract, hierarchy, lens, lights};
+use super::stage::{AccelKey, Kept, Stage};
+use super::{extract, hierarchy, lens, lights, skins};
 use crate::base::diagnostics::Diagnostics;
 use crate::components::{Render, Transfer};
 use crate::film::{Film, FilterTable, Gather, Tally, denoise};
 use crate::load::image;
+use crate::trace::environment::{Environment, Source};
 use crate::trace::integrator::{Settings, View, expose};
 use crate::trace::{Accelerator, Counters, Worker};
 
@@ -51,7 +52,8 @@ pub fn render(
     if !resolved.lens {
         camera = camera.pinhole();
     }
-    surround(stage, &settings)?;
+    let environment = surround(stage, &settings)?;
+    let skins = skins::skins(stage)?;
     let (materials, lights) = (extract::materials(stage), lights::lights(stage));
     let Some((_, accelerator)) = &stage.kept.accelerator else { return Ok(None) };
     let filter = FilterTable::new(settings.filter, settings.filter_width());
@@ -60,8 +62,9 @@ pub fn render(
         accelerator,
         materials: &materials,
         lights: &lights,
+        skins: &skins,
         camera: &camera,
-        environment: settings.environment.as_ref().and(stage.kept.environment.as_ref().map(|(_, sky)| sky)),
+        environment: environment.as_ref(),
         settings: &resolved,
         filter: &filter,
         width: settings.size[0],
@@ -91,20 +94,27 @@ pub fn render(
 /// Sees to it that the World as it stands can be rendered, without rendering it.
 ///
 /// # Errors
-/// A focus on an entity that does not exist or does not lie before the camera.
-pub fn check(stage: &Stage) -> Result<(), Diagnostics> {
-    lens::camera_rays(stage, stage.settings().size).map(|_| ())
+/// A focus on an entity that does not exist or does not lie before the camera; a picture that cannot be read.
+pub fn check(stage: &mut Stage) -> Result<(), Diagnostics> {
+    lens::camera_rays(stage, stage.settings().size)?;
+    skins::read_pictures(stage)
 }
 
-/// Reads the sky that the settings name, unless it is the one that was read last.
-fn surround(stage: &mut Stage, settings: &Render) -> Result<(), Diagnostics> {
-    let Some(folder) = &settings.environment else { return Ok(()) };
-    let key = (folder.clone(), settings.transfer == Transfer::Srgb);
-    if stage.kept.environment.as_ref().is_none_or(|(known, _)| *known != key) {
-        let sky = image::read_cube_map(&stage.base.join(&**folder), key.1)?;
-        stage.kept.environment = Some((key, sky));
-    }
-    Ok(())
+/// What surrounds the scene as the settings have it; a file is read unless it is the one that was read last.
+fn surround(stage: &mut Stage, settings: &Render) -> Result<Option<Environment>, Diagnostics> {
+    let Render { environment_intensity: intensity, environment_rotation: rotation, .. } = *settings;
+    let Some(name) = &settings.environment else {
+        let sky = settings.sky.map(|colors| Source::Sky(colors.map(|c| c.as_vec3())));
+        return Ok(sky.map(|source| Environment::new(source, intensity, rotation)));
+    };
+    let key = (name.clone(), settings.transfer == Transfer::Srgb);
+    let Kept { environment, pictures, .. } = &mut stage.kept;
+    let kept = match environment.take() {
+        Some((known, kept)) if known == key => kept.placed(intensity, rotation),
+        _ => Environment::new(image::read_surroundings(pictures, &stage.base, name, key.1)?, intensity, rotation),
+    };
+    *environment = Some((key, kept.clone()));
+    Ok(Some(kept))
 }
 
 /// Builds the accelerator if the columns or its settings changed.

@@ -19,10 +19,11 @@ mod wave;
 use glam::Vec3;
 
 use super::camera::CameraRays;
-use super::environment::CubeMap;
+use super::environment::Environment;
 use super::lights::Light;
 use super::sampler::{Domain, Node, Sampler};
 use super::surfacing::Surfacing;
+use super::texture::{Cone, Skins};
 use super::{Accelerator, Geometry, Worker};
 use crate::base::random::combine;
 use crate::components::{Fresnel, Integrator, Render, Shadows};
@@ -100,9 +101,10 @@ pub struct View<'a> {
     pub accelerator: &'a Accelerator,
     pub materials: &'a [Surfacing],
     pub lights: &'a [Light],
+    pub skins: &'a Skins,
     pub camera: &'a CameraRays,
     /// Takes the place of the background colour.
-    pub environment: Option<&'a CubeMap>,
+    pub environment: Option<&'a Environment>,
     pub settings: &'a Settings,
     /// Where in and around a pixel its samples lie.
     pub filter: &'a FilterTable,
@@ -136,6 +138,7 @@ fn sample(view: View, round: u32, places: &[[u32; 2]], active: &[u32], tally: &m
     let samples = (strata * strata) as usize;
     let seed = if round == 0 { view.settings.seed } else { combine(view.settings.seed, round.into()) };
     let mut buffers = std::mem::take(&mut worker.waves);
+    let cone = Cone { width: 0.0, spread: view.camera.spread() / strata as f32 };
     let total = active.len() * samples;
     for first in (0..total).step_by(BATCH) {
         let batch = first..(first + BATCH).min(total);
@@ -153,7 +156,7 @@ fn sample(view: View, round: u32, places: &[[u32; 2]], active: &[u32], tally: &m
             let (offset, weight) = view.filter.sample(square);
             let [dx, dy] = offset.map(|x| x - 0.5);
             let lot = Lot { weight, off_center: dx * dx + dy * dy };
-            buffers.start(view.camera.ray(x, y, offset, &sampler), sampler, lot);
+            buffers.start(view.camera.ray(x, y, offset, &sampler), sampler, cone, lot);
         }
         worker.counters.primary_rays += batch.len() as u64;
         wave::trace(view, &mut buffers, worker);

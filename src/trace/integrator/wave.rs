@@ -8,6 +8,7 @@ use crate::film::Feature;
 use crate::trace::lights::Light;
 use crate::trace::sampler::{Domain, Node, Sampler};
 use crate::trace::surfacing::Surfacing;
+use crate::trace::texture::Cone;
 use crate::trace::{Hit, Ray, Surface, Worker};
 
 /// What becomes of the light that a ray finds.
@@ -18,6 +19,8 @@ pub struct Errand {
     pub sample: u32,
     /// Factor of its light in the colour of the sample.
     pub weight: Vec3,
+    /// Of the ray where it starts; in an [`Encounter`] where it ends.
+    pub cone: Cone,
 }
 
 /// Rays on their way, and their errands.
@@ -87,11 +90,11 @@ impl Buffers {
     }
 
     /// Adds the camera ray of the next sample.
-    pub fn start(&mut self, ray: Ray, sampler: Sampler, lot: Lot) {
+    pub fn start(&mut self, ray: Ray, sampler: Sampler, cone: Cone, lot: Lot) {
         let sample = self.samplers.len() as u32;
         self.samplers.push(sampler);
         self.lots.push(lot);
-        self.wave.push(ray, Errand { sample, node: Node::CAMERA, weight: Vec3::ONE });
+        self.wave.push(ray, Errand { sample, node: Node::CAMERA, weight: Vec3::ONE, cone });
     }
 }
 
@@ -139,15 +142,20 @@ fn shade(view: View, buffers: &mut Buffers, last: bool, worker: &mut Worker) {
     for ((ray, errand), hit) in wave.rays.iter().zip(&wave.errands).zip(hits) {
         let (direction, sample) = (ray.direction, errand.sample as usize);
         let Some(hit) = hit else {
-            let sky = view.environment.map_or(view.settings.background, |sky| sky.lookup(direction));
+            let sky = view.environment.map_or(view.settings.background, |sky| sky.lookup_wide(direction, errand.cone));
             colors[sample] += errand.weight * sky;
             continue;
         };
-        let surface = view.geometry.surface(ray, hit);
-        let material = &view.materials[surface.material as usize];
+        let mut surface = view.geometry.surface(ray, hit);
+        let mut material = &view.materials[surface.material as usize];
+        let errand = Errand { cone: errand.cone.at(hit.t), ..*errand };
+        let dressed = view.skins.dress(view.geometry, (ray, hit), errand.cone, &mut surface, material);
+        if let Some(dressed) = &dressed {
+            material = dressed;
+        }
         let front = direction.dot(surface.geometric_normal) < 0.0;
         let surface = if front { surface } else { surface.flipped() };
-        let met = Encounter { direction, errand: *errand, surface, material, front, sampler: samplers[sample] };
+        let met = Encounter { direction, errand, surface, material, front, sampler: samplers[sample] };
         if view.settings.features && errand.node == Node::CAMERA {
             features[sample] = Some(feature::seen(view, &met));
         }
@@ -209,6 +217,7 @@ fn lit(view: View, met: &Encounter, light: &Light, at: [f32; 2], share: f32, sha
         let base = half.dot(surface.shading_normal).max(0.0);
         color += material.specular * libm::powf(base, material.shininess);
     }
+    color *= surface.terminator(direction);
     let mut strength = if light.inverse_square { share / square } else { share };
     if view.settings.integrator == Integrator::Path && light.inverse_square && !light.is_point() {
         // A path tracer's area light is a Lambertian emitter.
