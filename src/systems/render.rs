@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::stage::{AccelKey, Stage};
+use super::stage::{AccelKey, Kept, Stage};
 use super::{extract, hierarchy, lens, lights};
 use crate::base::diagnostics::Diagnostics;
 use crate::components::{Render, Transfer};
@@ -74,6 +74,11 @@ pub fn render(
         render_seconds: built.elapsed().as_secs_f64(),
     };
     Ok(Some((film, stats)))
+}
+
+/// Forgets what is kept between frames, as after work that fell over halfway.
+pub fn forget(stage: &mut Stage) {
+    stage.kept = Kept { stale_hierarchy: true, stale_geometry: true, ..Kept::default() };
 }
 
 /// Sees to it that the World as it stands can be rendered, without rendering it.
