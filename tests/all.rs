@@ -10,5 +10,7 @@ mod golden;
 mod house;
 #[path = "all/oracles.rs"]
 mod oracles;
+#[path = "all/sequence.rs"]
+mod sequence;
 #[path = "all/tool.rs"]
 mod tool;

@@ -188,7 +188,11 @@ impl MeshData {
 
     /// The normals given, or else computed ones: one per vertex.
     pub fn shading_normals(&self) -> &[Vec3] {
-        if self.normals.is_empty() { self.computed.normals.get_or_init(|| self.smooth_normals()) } else { &self.normals }
+        if self.normals.is_empty() {
+            self.computed.normals.get_or_init(|| self.smooth_normals())
+        } else {
+            &self.normals
+        }
     }
 
     /// The digest of all that the mesh is made of.

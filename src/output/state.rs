@@ -3,9 +3,9 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
-use super::manifest::{Entry, Making};
 use super::Notes;
 use super::chunks::{sound_notes, with_notes};
+use super::manifest::{Entry, Making};
 use super::png::read_notes;
 use crate::base::digest::Digest;
 use crate::base::{files, limits};
@@ -64,8 +64,7 @@ pub fn look(path: &Path, known: Option<&Entry>, wanted: &Making) -> State {
         return State::Missing;
     }
     let Ok(bytes) = files::read_bytes(path, limits::FRAME_FILE_BYTES) else { return State::Foreign };
-    let as_known =
-        |entry: &&Entry| entry.bytes == bytes.len() as u64 && entry.checksum == Digest::of(&bytes);
+    let as_known = |entry: &&Entry| entry.bytes == bytes.len() as u64 && entry.checksum == Digest::of(&bytes);
     let recorded = known.filter(as_known);
     if let Some(entry) = recorded {
         return if entry.making == *wanted { State::Done } else { State::Stale };

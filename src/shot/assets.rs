@@ -87,9 +87,8 @@ fn read(path: &Path) -> Option<Digest> {
     if kind.is_file() {
         return files::read_bytes(path, limits::IMAGE_FILE_BYTES).ok().map(|bytes| Digest::of(&bytes));
     }
-    let is_picture = |path: &PathBuf| {
-        path.extension().is_some_and(|e| PICTURES.iter().any(|known| e.eq_ignore_ascii_case(known)))
-    };
+    let is_picture =
+        |path: &PathBuf| path.extension().is_some_and(|e| PICTURES.iter().any(|known| e.eq_ignore_ascii_case(known)));
     let mut pictures: Vec<PathBuf> =
         std::fs::read_dir(path).ok()?.flatten().map(|entry| entry.path()).filter(is_picture).collect();
     pictures.sort();

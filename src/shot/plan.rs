@@ -57,7 +57,7 @@ pub struct Plan {
 /// So many frames, spread over the sequence, are tried before the others.
 const TRIED: usize = 8;
 /// When all that were tried are wrong and took longer than this, the others are not waited for.
-const PATIENCE: Duration = Duration::from_secs(2);
+const PATIENCE: Duration = Duration::from_secs(1);
 /// Entities that may be held once more for each further thread.
 const COPIED_ENTITIES: usize = 1_000_000;
 
@@ -144,12 +144,14 @@ fn evaluate(shot: &mut Shot, wanted: &[u32]) -> Result<Vec<Result<Outline, Diagn
     let start = Instant::now();
     let spread = |i: usize| wanted[i * (wanted.len() - 1) / (TRIED - 1)];
     let tried: Vec<u32> = if wanted.len() > TRIED { (0..TRIED).map(spread).collect() } else { wanted.to_vec() };
-    let mut outlines: Vec<Result<Outline, Diagnostics>> =
-        tried.iter().map(|frame| shot.input.evaluate(&mut shot.stage, *frame)).collect();
-    if wanted.len() > TRIED && !(outlines.iter().all(Result::is_err) && start.elapsed() > PATIENCE) {
-        let known: FxHashMap<u32, _> = tried.into_iter().zip(outlines).collect();
-        outlines = rest_of(shot, wanted, known);
+    let mut known: FxHashMap<u32, Result<Outline, Diagnostics>> = FxHashMap::default();
+    for frame in tried {
+        known.insert(frame, shot.input.evaluate(&mut shot.stage, frame));
+        if start.elapsed() > PATIENCE && known.values().all(Result::is_err) {
+            return Err(known.remove(&wanted[0]).and_then(Result::err).unwrap_or_default());
+        }
     }
+    let mut outlines = rest_of(shot, wanted, known);
     if !outlines.is_empty() && outlines.iter().all(Result::is_err) {
         return Err(outlines.swap_remove(0).err().unwrap_or_default());
     }
