@@ -12,6 +12,8 @@ mod golden;
 mod house;
 #[path = "all/oracles.rs"]
 mod oracles;
+#[path = "all/sequence.rs"]
+mod sequence;
 #[path = "all/textures.rs"]
 mod textures;
 #[path = "all/tool.rs"]
