@@ -17,7 +17,7 @@ pub mod value;
 pub use camera::{Camera, Focus, Lens};
 pub use entity::{Bag, Component, Edit, Kind, Scene};
 pub use light::{AreaLight, Falloff, PointLight};
-pub use material::{Material, MaterialName, Texture};
+pub use material::{Material, MaterialName, Model, Texture};
 pub use record::{Check, FieldError, Invalid, Record};
 pub use render::{Accel, Fresnel, Integrator, Render, Shadows, Transfer};
 pub use shapes::{AABox, Cone, Cylinder, Mesh, MeshData, Plane, Sphere, Triangle};

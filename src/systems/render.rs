@@ -12,6 +12,7 @@ use crate::components::{Render, Transfer};
 use crate::film::Film;
 use crate::load::image;
 use crate::trace::integrator::{Settings, View, pixels};
+use crate::trace::lights::Lights;
 use crate::trace::{Accelerator, Counters, Worker};
 
 /// Side of a tile in pixels: small enough to share out evenly, large enough for neighbours to share cells.
@@ -52,7 +53,8 @@ pub fn render(
         camera = camera.pinhole();
     }
     surround(stage, &settings)?;
-    let (materials, lights) = (extract::materials(stage), lights::lights(stage));
+    let materials = extract::materials(stage);
+    let lights = Lights::new(lights::lights(stage), &stage.kept.geometry, &materials);
     let Some((_, accelerator)) = &stage.kept.accelerator else { return Ok(None) };
     let view = View {
         geometry: &stage.kept.geometry,

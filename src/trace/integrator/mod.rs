@@ -18,7 +18,7 @@ use glam::Vec3;
 
 use super::camera::CameraRays;
 use super::environment::CubeMap;
-use super::lights::Light;
+use super::lights::Lights;
 use super::sampler::{Domain, Node, Sampler};
 use super::surfacing::Surfacing;
 use super::{Accelerator, Geometry, Worker};
@@ -78,13 +78,23 @@ impl Settings {
     }
 }
 
+impl Settings {
+    /// The first sample of a pixel: paths are led by Sobol points, the rest by jittered strata.
+    pub fn sampler(&self, [x, y]: [u32; 2], width: u32) -> Sampler {
+        match self.integrator {
+            Integrator::Path => Sampler::sobol(self.seed, [x, y], self.strata * self.strata),
+            Integrator::Whitted | Integrator::Distribution => Sampler::new(self.seed, y * width + x, self.strata),
+        }
+    }
+}
+
 /// Everything that a frame is traced from.
 #[derive(Clone, Copy)]
 pub struct View<'a> {
     pub geometry: &'a Geometry,
     pub accelerator: &'a Accelerator,
     pub materials: &'a [Surfacing],
-    pub lights: &'a [Light],
+    pub lights: &'a Lights,
     pub camera: &'a CameraRays,
     /// Takes the place of the background colour.
     pub environment: Option<&'a CubeMap>,
@@ -107,7 +117,7 @@ pub fn pixels(view: View, places: &[[u32; 2]], worker: &mut Worker) -> Vec<[f32;
     for first in (0..total).step_by(BATCH) {
         let batch = first..(first + BATCH).min(total);
         buffers.begin(batch.len());
-        let of_pixel = |[x, y]: [u32; 2]| Sampler::new(view.settings.seed, y * view.width + x, strata);
+        let of_pixel = |place| view.settings.sampler(place, view.width);
         let mut sampler = of_pixel(places[first / samples]);
         for index in batch.clone() {
             let [x, y] = places[index / samples];
