@@ -13,7 +13,7 @@ use super::microfacet::{Facets, mirrored};
 
 /// Steps along the cosine and the roughness.
 const COSINES: usize = 24;
-const WIDTHS: usize = 16;
+const WIDTHS: usize = 24;
 /// Steps of the index, from -`FARTHEST_INDEX` to it: a quarter to 4, past which the last serves.
 const INDICES: usize = 13;
 const FARTHEST_INDEX: f32 = 0.6;

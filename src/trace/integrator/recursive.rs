@@ -175,7 +175,7 @@ fn lit(
     share: f32,
     shadows: &mut Shadows,
 ) {
-    let Encounter { errand, surface, material, .. } = met;
+    let Encounter { errand, surface, .. } = met;
     let target = light.point(at);
     let above = surface.geometric_normal.dot(target - surface.point);
     // Only ground glass is lit from behind.
