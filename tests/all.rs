@@ -8,6 +8,8 @@ mod exact;
 mod golden;
 #[path = "all/house.rs"]
 mod house;
+#[path = "all/light.rs"]
+mod light;
 #[path = "all/oracles.rs"]
 mod oracles;
 #[path = "all/tool.rs"]

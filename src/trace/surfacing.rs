@@ -62,6 +62,12 @@ impl From<&Material> for Surfacing {
 }
 
 impl Surfacing {
+    /// Whether a Blinn-Phong surface follows Lambert's law alone.
+    #[inline]
+    pub fn is_matt(&self) -> bool {
+        self.specular == Vec3::ZERO && self.reflection == 0.0 && self.transmission == 0.0
+    }
+
     /// What is left of light after a way inside the body, by Beer's law.
     pub fn left_after(&self, distance: f32) -> Vec3 {
         // Where nothing is swallowed, nothing is on an endless way either.

@@ -71,6 +71,7 @@ impl Bsdf {
     #[inline]
     pub fn new(material: &Surfacing, front: bool, fresnel: Fresnel, transport: Transport) -> Self {
         match material.model {
+            Model::BlinnPhong if material.is_matt() => Bsdf::Lambert(material.diffuse),
             Model::BlinnPhong => Bsdf::BlinnPhong(BlinnPhong::new(material, front, fresnel, transport)),
             Model::Lambert => Bsdf::Lambert(material.diffuse),
             Model::Conductor => Bsdf::Conductor(Conductor::new(material)),

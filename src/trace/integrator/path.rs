@@ -52,7 +52,7 @@ pub fn shade(
 fn ask(view: View, met: &Encounter, bsdf: &Bsdf, frame: &Frame, wo: Vec3, last: bool, shadows: &mut [Shadows]) {
     let Encounter { errand, surface, sampler, .. } = met;
     let domain = Domain::Light(0);
-    let pick = sampler.extra(errand.node, domain);
+    let pick = if view.lights.len() > 1 { sampler.extra(errand.node, domain) } else { 0.0 };
     let Some(light) = view.lights.sample(surface.point, pick, sampler.stratified(errand.node, domain)) else { return };
     let wi = frame.to_local(light.direction);
     let above = surface.geometric_normal.dot(light.direction) > 0.0;
@@ -81,7 +81,7 @@ fn scatter(
 ) {
     let Encounter { errand, surface, material, sampler, front, .. } = met;
     let node = errand.node.scattered();
-    let lobe = sampler.extra(errand.node, Domain::Lobe);
+    let lobe = if let Bsdf::Lambert(_) = bsdf { 0.0 } else { sampler.extra(errand.node, Domain::Lobe) };
     let Some(sampled) = bsdf.sample(wo, sampler.stratified(errand.node, Domain::Bounce), lobe) else { return };
     let mut direction = frame.to_world(sampled.wi).normalize();
     let height = surface.geometric_normal.dot(direction);
@@ -100,7 +100,7 @@ fn scatter(
         return;
     }
     if depth >= SAFE_DEPTH && worth < 1.0 {
-        if sampler.extra(node, Domain::Roulette) >= worth {
+        if sampler.random(node, Domain::Roulette)[0] >= worth {
             return;
         }
         weight /= worth;

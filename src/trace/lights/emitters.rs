@@ -14,7 +14,7 @@ use crate::trace::{Geometry, Sides};
 /// A primitive, or a triangle of an instance, that shines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emitter {
-    /// As in the hits that meet it.
+    /// As in the hits that meet it; the element counts for instances alone and is 0 elsewhere.
     pub primitive: u32,
     pub element: u32,
     pub radiance: Vec3,

@@ -10,6 +10,7 @@ use glam::Vec3;
 use super::emitters::emitters;
 use super::{Emission, Emitter, Incoming, Light};
 use crate::trace::bsdf::{Frame, around, cosine_hemisphere};
+use crate::trace::geometry::Kind;
 use crate::trace::surfacing::Surfacing;
 use crate::trace::{Geometry, Hit, Ray, Surface};
 
@@ -26,6 +27,8 @@ pub struct Lights {
     sent: Shares,
     /// Lamps that rays meet.
     surfaces: Vec<u32>,
+    /// Primitives from this number on have elements that count.
+    first_instance: u32,
 }
 
 /// Things to choose among by weight.
@@ -85,6 +88,7 @@ impl Lights {
             surfaces: (0..lamps.len() as u32).filter(|i| lamps[*i as usize].is_surface()).collect(),
             lamps,
             emitters,
+            first_instance: geometry.range(Kind::Instance).start,
         }
     }
 
@@ -134,7 +138,8 @@ impl Lights {
     /// never sampled.
     pub fn pdf(&self, ray: &Ray, hit: &Hit, surface: &Surface) -> f32 {
         let key = |e: &Emitter| (e.primitive, e.element);
-        let Ok(i) = self.emitters.binary_search_by_key(&(hit.primitive, hit.element), key) else { return 0.0 };
+        let element = if hit.primitive < self.first_instance { 0 } else { hit.element };
+        let Ok(i) = self.emitters.binary_search_by_key(&(hit.primitive, element), key) else { return 0.0 };
         let chance = self.asked.chance(self.lamps.len() + i);
         chance * self.emitters[i].pdf(ray.origin, surface.point, surface.geometric_normal)
     }

@@ -90,16 +90,16 @@ fn dimensions_are_uniform_and_uncorrelated() {
     }
 }
 
-/// Mean error of pixels, and of means of 4 x 4 pixels, for a smooth integrand of four dimensions.
+/// Mean error of pixels, and of means of 4 x 4 pixels, for a smooth integrand of two pairs.
 fn errors(mut value: impl FnMut([u32; 2], u32) -> [[f32; 2]; 2], samples: u32) -> (f64, f64) {
     const SIDE: usize = 32;
     let mut error = vec![0.0f64; SIDE * SIDE];
     for (i, error) in error.iter_mut().enumerate() {
         for sample in 0..samples {
             let [[a, b], [c, d]] = value([(i % SIDE) as u32, (i / SIDE) as u32], sample).map(|p| p.map(f64::from));
-            *error += a * b * (0.5 + c * c) * (1.0 + d) / f64::from(samples);
+            *error += (a * b + c * c * d) / f64::from(samples);
         }
-        *error -= 0.25 * (0.5 + 1.0 / 3.0) * 1.5;
+        *error -= 1.0 / 4.0 + 1.0 / 6.0;
     }
     let mean_square = |values: &[f64]| values.iter().map(|e| e * e).sum::<f64>() / values.len() as f64;
     let blurred: Vec<f64> = (0..SIDE * SIDE / 16)
