@@ -62,7 +62,9 @@ record! {
         /// What the inside of a transparent body swallows per world unit: light is dimmed by e^(-`absorption` * way).
         pub absorption: DVec3 = DVec3::ZERO,
         /// Radiance that the surface sends out by itself, to the sides that it shows. A lamp of `color` c with inverse
-        /// square falloff and area A has radiance c * pi / A.
+        /// square falloff and area A has radiance c * pi / A. Spheres, triangles, meshes and boxes that shine light
+        /// what is around them; other shapes do so in the light of paths that meet them, and in a Whitted picture none
+        /// does.
         pub emission: DVec3 = DVec3::ZERO,
         /// Whether opaque surfaces show and stop rays on both sides. Transparent ones always do.
         pub two_sided: bool = true,

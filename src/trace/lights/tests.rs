@@ -87,7 +87,9 @@ fn rays_that_meet_a_light_know_its_density() {
     assert_eq!(lights.len(), 1 + 3 + 2 + 4);
     let accelerator = Accelerator::build(&geometry, Accel::Brute, 1.0);
     let (mut worker, mut met) = (Worker::default(), [0; 10]);
-    for (pick, u) in numbers(14) {
+    // Small lights are chosen seldom: many choices, few points.
+    let choices = (0..84).flat_map(|i| numbers(4).map(move |(_, u)| ((i as f32 + 0.5) / 84.0, u)));
+    for (pick, u) in choices {
         let Some(light) = lights.sample(Vec3::ZERO, pick, u) else { continue };
         if light.light == 0 {
             let mut found = 0.0;
