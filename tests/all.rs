@@ -10,6 +10,8 @@ mod film;
 mod golden;
 #[path = "all/house.rs"]
 mod house;
+#[path = "all/light.rs"]
+mod light;
 #[path = "all/oracles.rs"]
 mod oracles;
 #[path = "all/sequence.rs"]

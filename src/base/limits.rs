@@ -53,6 +53,9 @@ pub const ENTITIES: usize = 16_000_000;
 pub const MATERIALS: usize = 1_000_000;
 /// Triangles of a scene: primitive numbers are 32 bits and cell lists must fit too.
 pub const TRIANGLES: usize = 100_000_000;
+/// Primitives that shine and are sampled as lights, triangles of instances included: past this they still shine, but
+/// only rays that happen to meet them bring their light home.
+pub const EMITTERS: usize = 4_000_000;
 /// Vertices of one NFF polygon: the largest of the standard databases has 144.
 pub const POLYGON_VERTICES: usize = 100_000;
 /// Parents above one entity: a chain longer than this is a mistake, and the walk stays bounded.

@@ -20,7 +20,7 @@ use crate::trace::{Geometry, Sides, Tag};
 
 /// Whether rays meet a surface of this material on both sides.
 pub fn shows_both_sides(material: &Material) -> bool {
-    material.two_sided || material.transmission > 0.0
+    material.two_sided || material.is_transparent()
 }
 
 /// The kernel's materials: those of the scene by their number, then the default for entities that wear none.

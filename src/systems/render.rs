@@ -8,11 +8,12 @@ use rayon::prelude::*;
 use super::stage::{AccelKey, Kept, Stage};
 use super::{extract, hierarchy, lens, lights, skins};
 use crate::base::diagnostics::Diagnostics;
-use crate::components::{Render, Transfer};
+use crate::components::{Integrator, Render, Transfer};
 use crate::film::{Film, FilterTable, Gather, Tally, denoise};
 use crate::load::image;
 use crate::trace::environment::{Environment, Source};
 use crate::trace::integrator::{Settings, View, expose};
+use crate::trace::lights::Lights;
 use crate::trace::{Accelerator, Counters, Worker};
 
 /// Side of a tile in pixels: small enough to share out evenly, large enough for neighbours to share cells.
@@ -52,9 +53,14 @@ pub fn render(
     if !resolved.lens {
         camera = camera.pinhole();
     }
-    let environment = surround(stage, &settings)?;
+    let mut environment = surround(stage, &settings)?;
+    if let Some(environment) = environment.as_mut().filter(|_| resolved.integrator == Integrator::Path) {
+        environment.prepare();
+    }
     let skins = skins::skins(stage)?;
-    let (materials, lights) = (extract::materials(stage), lights::lights(stage));
+    let materials = extract::materials(stage);
+    let geometry = &stage.kept.geometry;
+    let lights = Lights::new(lights::lights(stage), geometry, &materials).under(environment.as_ref(), geometry);
     let Some((_, accelerator)) = &stage.kept.accelerator else { return Ok(None) };
     let filter = FilterTable::new(settings.filter, settings.filter_width());
     let view = View {

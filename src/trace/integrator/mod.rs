@@ -20,7 +20,7 @@ use glam::Vec3;
 
 use super::camera::CameraRays;
 use super::environment::Environment;
-use super::lights::Light;
+use super::lights::Lights;
 use super::sampler::{Domain, Node, Sampler};
 use super::surfacing::Surfacing;
 use super::texture::{Cone, Skins};
@@ -94,13 +94,23 @@ impl Settings {
     }
 }
 
+impl Settings {
+    /// The first sample of a pixel in a round with a seed of its own: paths are led by Sobol points, the rest by jittered strata.
+    pub fn sampler(&self, seed: u64, [x, y]: [u32; 2], width: u32) -> Sampler {
+        match self.integrator {
+            Integrator::Path => Sampler::sobol(seed, [x, y], self.strata * self.strata),
+            Integrator::Whitted | Integrator::Distribution => Sampler::new(seed, y * width + x, self.strata),
+        }
+    }
+}
+
 /// Everything that a frame is traced from.
 #[derive(Clone, Copy)]
 pub struct View<'a> {
     pub geometry: &'a Geometry,
     pub accelerator: &'a Accelerator,
     pub materials: &'a [Surfacing],
-    pub lights: &'a [Light],
+    pub lights: &'a Lights,
     pub skins: &'a Skins,
     pub camera: &'a CameraRays,
     /// Takes the place of the background colour.
@@ -144,7 +154,7 @@ fn sample(view: View, round: u32, places: &[[u32; 2]], active: &[u32], tally: &m
         let batch = first..(first + BATCH).min(total);
         buffers.begin(batch.len(), view.settings.features);
         let place = |index: usize| places[active[index / samples] as usize];
-        let of_pixel = |[x, y]: [u32; 2]| Sampler::new(seed, y * view.width + x, strata);
+        let of_pixel = |place: [u32; 2]| view.settings.sampler(seed, place, view.width);
         let mut sampler = of_pixel(place(first));
         for index in batch.clone() {
             let [x, y] = place(index);
