@@ -22,6 +22,12 @@ fn wall(field: &str) -> String {
     )
 }
 
+/// How a message names the place of a word in the materials of a scene.
+fn place_of(scene: &str, there: &str) -> String {
+    let line = scene.lines().nth(3).unwrap();
+    format!("a.ron:4:{}: error", line.find(there).unwrap() + 1)
+}
+
 fn pixel(desk: &Desk, file: &str, x: u32, y: u32) -> [u8; 3] {
     image::load_from_memory(&desk.read(file)).unwrap().to_rgb8().get_pixel(x, y).0
 }
@@ -50,10 +56,11 @@ fn broken_images_are_explained_at_their_place() {
         if let Some(bytes) = bytes {
             desk.write(name, bytes);
         }
-        desk.write("a.ron", wall(&format!("color_map: (image: \"{name}\")")));
-        let place = ["a.ron:4:54: error"];
-        desk.anim("render a.ron -o out").fails(3, &[&place, said].concat());
-        desk.anim("check a.ron").fails(3, &[&place, said].concat());
+        let scene = wall(&format!("color_map: (image: \"{name}\")"));
+        let place = place_of(&scene, &format!("\"{name}\""));
+        desk.write("a.ron", scene);
+        desk.anim("render a.ron -o out").fails(3, &[&[place.as_str()], said].concat());
+        desk.anim("check a.ron").fails(3, &[&[place.as_str()], said].concat());
     };
     mistake(None, "gone.png", &["no such file"]);
     mistake(Some(b"junk".to_vec()), "a.png", &["known: PNG, JPEG, HDR"]);
@@ -77,17 +84,18 @@ fn broken_images_are_explained_at_their_place() {
 
 #[test]
 fn mistakes_inside_a_texture_have_their_place() {
-    let mistake = |field: &str, said: &[&str]| {
-        let desk = Desk::new();
-        desk.write("a.ron", wall(field));
-        desk.anim("check a.ron").fails(3, said);
+    let mistake = |field: &str, there: &str, said: &str| {
+        let (desk, scene) = (Desk::new(), wall(field));
+        let place = place_of(&scene, there);
+        desk.write("a.ron", scene);
+        desk.anim("check a.ron").fails(3, &[&place, said]);
     };
-    mistake("color_map: (patern: Checker)", &["a.ron:4:46: error", "did you mean `pattern`?"]);
-    mistake("color_map: (pattern: Cheker)", &["a.ron:4:55: error", "`Checker`"]);
-    mistake("bump: (pattern: Noise, depth: NaN)", &["a.ron:4:64", "finite"]);
-    mistake("color_map: (pattern: Noise, depth: 1)", &["a.ron:4:45", "`depth` is for `bump`"]);
-    mistake("color_map: ()", &["a.ron:4:45", "needs an `image` or a `pattern`"]);
-    mistake("normal_map: (pattern: Noise)", &["is an `image`"]);
+    mistake("color_map: (patern: Checker)", "patern", "did you mean `pattern`?");
+    mistake("color_map: (pattern: Cheker)", "Cheker", "`Checker`");
+    mistake("bump: (pattern: Noise, depth: NaN)", "NaN", "finite");
+    mistake("color_map: (pattern: Noise, depth: 1)", "(pattern", "`depth` is for `bump`");
+    mistake("color_map: ()", "()", "needs an `image` or a `pattern`");
+    mistake("normal_map: (pattern: Noise)", "(pattern", "is an `image`");
 }
 
 #[test]
