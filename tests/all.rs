@@ -4,12 +4,16 @@
 mod errors;
 #[path = "all/exact.rs"]
 mod exact;
+#[path = "all/film.rs"]
+mod film;
 #[path = "all/golden.rs"]
 mod golden;
 #[path = "all/house.rs"]
 mod house;
 #[path = "all/oracles.rs"]
 mod oracles;
+#[path = "all/sequence.rs"]
+mod sequence;
 #[path = "all/textures.rs"]
 mod textures;
 #[path = "all/tool.rs"]

@@ -39,7 +39,7 @@ choice! {
 
 choice! {
     /// How a texture is reduced to the area that a ray stands for.
-    pub enum Filter {
+    pub enum TexelFilter {
         /// The one texel, or the pattern at the one point.
         Nearest,
         /// The mean of the four nearest texels by distance; patterns as `Nearest`.
@@ -97,7 +97,7 @@ record! {
         pub wrap: Wrap = Wrap::Repeat,
         /// Factor of the colour, linear.
         pub tint: DVec3 = DVec3::ONE,
-        pub filter: Filter = Filter::Mip,
+        pub filter: TexelFilter = TexelFilter::Mip,
         /// `Uv` for pictures (which have no other), `Checker` and `Stripes`, else `Object`.
         pub space: Option<Space> = None,
         /// For pictures.

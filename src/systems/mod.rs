@@ -22,7 +22,7 @@ mod stage;
 
 pub use animate::{Undo, animate, undo};
 pub use collect::collect;
-pub use render::{FrameStats, check, render};
+pub use render::{FrameStats, check, forget, render};
 pub use spawn::spawn;
 pub use stage::Stage;
 

@@ -9,10 +9,10 @@ use super::stage::{AccelKey, Kept, Stage};
 use super::{extract, hierarchy, lens, lights, skins};
 use crate::base::diagnostics::Diagnostics;
 use crate::components::{Render, Transfer};
-use crate::film::Film;
+use crate::film::{Film, FilterTable, Gather, Tally, denoise};
 use crate::load::image;
 use crate::trace::environment::{Environment, Source};
-use crate::trace::integrator::{Settings, View, pixels};
+use crate::trace::integrator::{Settings, View, expose};
 use crate::trace::{Accelerator, Counters, Worker};
 
 /// Side of a tile in pixels: small enough to share out evenly, large enough for neighbours to share cells.
@@ -56,6 +56,7 @@ pub fn render(
     let skins = skins::skins(stage)?;
     let (materials, lights) = (extract::materials(stage), lights::lights(stage));
     let Some((_, accelerator)) = &stage.kept.accelerator else { return Ok(None) };
+    let filter = FilterTable::new(settings.filter, settings.filter_width());
     let view = View {
         geometry: &stage.kept.geometry,
         accelerator,
@@ -65,10 +66,21 @@ pub fn render(
         camera: &camera,
         environment: environment.as_ref(),
         settings: &resolved,
+        filter: &filter,
         width: settings.size[0],
     };
     let built = Instant::now();
-    let Some((film, counters)) = tiles(view, settings.size, cancel, progress) else { return Ok(None) };
+    let gather = Gather {
+        clamp: settings.clamp.map(|c| c as f32),
+        signed: filter.is_signed(),
+        moments: settings.gathers_moments(),
+        features: settings.gathers_features(),
+    };
+    let Some((tiles, counters)) = tiles(view, settings.size, gather, cancel, progress) else { return Ok(None) };
+    let mut film = develop(settings.size, gather, &tiles);
+    if settings.denoise {
+        denoise(&mut film);
+    }
     let stats = FrameStats {
         counters,
         accel: accelerator.name(),
@@ -77,6 +89,11 @@ pub fn render(
         render_seconds: built.elapsed().as_secs_f64(),
     };
     Ok(Some((film, stats)))
+}
+
+/// Forgets what is kept between frames, as after work that fell over halfway.
+pub fn forget(stage: &mut Stage) {
+    stage.kept = Kept { stale_hierarchy: true, stale_geometry: true, ..Kept::default() };
 }
 
 /// Sees to it that the World as it stands can be rendered, without rendering it.
@@ -117,42 +134,67 @@ fn accelerate(stage: &mut Stage, rebuilt: bool) {
     }
 }
 
-type Tile = (Vec<([u32; 2], [f32; 3])>, Counters);
-
+/// Traces all tiles, in the order that they are counted in, each into a tally of its own.
 fn tiles(
     view: View,
-    [width, height]: [u32; 2],
+    size: [u32; 2],
+    gather: Gather,
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
-) -> Option<(Film, Counters)> {
-    let across = width.div_ceil(TILE);
-    let total = (across * height.div_ceil(TILE)) as usize;
+) -> Option<(Vec<Tally>, Counters)> {
+    let total = tile_count(size);
     let done = AtomicUsize::new(0);
-    let trace = |worker: &mut Worker, index: usize| -> Option<Tile> {
+    let trace = |worker: &mut Worker, index: usize| -> Option<(Tally, Counters)> {
         if cancel.load(Ordering::Relaxed) {
             return None;
         }
-        let corner = [index as u32 % across * TILE, index as u32 / across * TILE];
-        let places = places(corner, [width, height]);
+        let places = places(index, size);
+        let mut tally = Tally::new(places.len(), gather);
         worker.start_tile();
-        let colors = pixels(view, &places, worker);
+        expose(view, &places, &mut tally, worker);
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-        Some((places.into_iter().zip(colors).collect(), std::mem::take(&mut worker.counters)))
+        Some((tally, std::mem::take(&mut worker.counters)))
     };
-    let traced: Option<Vec<Tile>> = (0..total).into_par_iter().map_init(Worker::default, trace).collect();
-    let mut film = Film::new(width, height);
+    let traced: Option<Vec<_>> = (0..total).into_par_iter().map_init(Worker::default, trace).collect();
+    let (tallies, costs): (Vec<Tally>, Vec<Counters>) = traced?.into_iter().unzip();
     let mut counters = Counters::default();
-    for (tile, cost) in traced? {
-        for ([x, y], color) in tile {
-            film.pixels[y as usize * width as usize + x as usize] = color;
-        }
-        counters += cost;
+    costs.into_iter().for_each(|cost| counters += cost);
+    Some((tallies, counters))
+}
+
+/// The means of what the tiles of a picture add up to.
+fn develop(size: [u32; 2], gather: Gather, tiles: &[Tally]) -> Film {
+    let mut film = Film::new(size[0], size[1]);
+    let count = film.pixels.len();
+    if gather.features {
+        film.layers.make_room_for_features(count);
     }
-    Some((film, counters))
+    if gather.moments {
+        film.layers.variance = vec![0.0; count];
+    }
+    for (index, tally) in tiles.iter().enumerate() {
+        for (i, [x, y]) in places(index, size).into_iter().enumerate() {
+            let pixel = y as usize * size[0] as usize + x as usize;
+            film.pixels[pixel] = tally.color(i);
+            if let Some(sum) = tally.feature(i) {
+                film.layers.resolve(pixel, sum);
+            }
+            if let Some([_, variance]) = tally.spread(i) {
+                film.layers.variance[pixel] = variance.min(f64::from(f32::MAX)) as f32;
+            }
+        }
+    }
+    film
+}
+
+fn tile_count([width, height]: [u32; 2]) -> usize {
+    width.div_ceil(TILE) as usize * height.div_ceil(TILE) as usize
 }
 
 /// Pixels of a tile in squares of squares (Morton 1966), so that those that follow each other are neighbours.
-fn places(corner: [u32; 2], size: [u32; 2]) -> Vec<[u32; 2]> {
+fn places(tile: usize, size: [u32; 2]) -> Vec<[u32; 2]> {
+    let across = size[0].div_ceil(TILE);
+    let corner = [tile as u32 % across * TILE, tile as u32 / across * TILE];
     let every_second = |n: u32| (0..4).fold(0, |sum, bit| sum | (n >> (2 * bit) & 1) << bit);
     let place = |n: u32| [corner[0] + every_second(n), corner[1] + every_second(n >> 1)];
     (0..TILE * TILE).map(place).filter(|[x, y]| *x < size[0] && *y < size[1]).collect()

@@ -52,6 +52,11 @@ impl CameraRays {
         CameraRays { lens: None, ..self }
     }
 
+    /// Distance of a point along the view axis, from the middle of the lens.
+    pub fn depth(&self, point: Vec3) -> f32 {
+        (point - self.origin).dot(self.forward)
+    }
+
     /// The angle between neighbouring pixels in the middle of the picture, in radians.
     pub fn spread(&self) -> f32 {
         (self.right * self.pixel[0]).length().max((self.up * self.pixel[1]).length())

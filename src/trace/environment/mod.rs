@@ -13,7 +13,7 @@ use glam::{Vec2, Vec3};
 
 use super::texture::{Cone, Sheet};
 use crate::base::math::sin_cos_degrees;
-use crate::components::{Filter, Picture, Wrap};
+use crate::components::{Picture, TexelFilter, Wrap};
 pub use cube::{CubeMap, FACES, Face};
 use distribution::Distribution;
 
@@ -134,7 +134,7 @@ fn around(picture: &Picture, d: Vec3, spread: f32) -> Vec3 {
     let across = (d.x * d.x + d.z * d.z).sqrt();
     let u = 0.5 + libm::atan2f(d.x, -d.z) / TURN;
     let v = libm::atan2f(across, -d.y) * (2.0 / TURN);
-    let filter = if spread > 0.0 { Filter::Mip } else { Filter::Bilinear };
+    let filter = if spread > 0.0 { TexelFilter::Mip } else { TexelFilter::Bilinear };
     let sheet = Sheet { wrap: Wrap::Repeat, filter };
     let axes = [Vec2::X * (spread / (TURN * across.max(1e-6))).min(1.0), Vec2::Y * (spread * 2.0 / TURN)];
     sheet.color(picture, Vec2::new(u, v), axes, [None, Some([0.0, 1.0])])

@@ -2,8 +2,9 @@
 
 use glam::Vec3;
 
-use super::{LightSampling, View, path, recursive};
+use super::{LightSampling, View, feature, path, recursive};
 use crate::components::Integrator;
+use crate::film::Feature;
 use crate::trace::lights::Light;
 use crate::trace::sampler::{Domain, Node, Sampler};
 use crate::trace::surfacing::Surfacing;
@@ -51,6 +52,14 @@ struct Shadows {
     gains: Vec<(u32, Vec3)>,
 }
 
+/// A sample's part in its pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Lot {
+    pub weight: f32,
+    /// Square of its distance from the pixel's centre.
+    pub off_center: f32,
+}
+
 /// Memory of the waves, kept from batch to batch.
 #[derive(Debug, Default)]
 pub struct Buffers {
@@ -63,20 +72,28 @@ pub struct Buffers {
     samplers: Vec<Sampler>,
     /// Colour of each sample.
     pub colors: Vec<Vec3>,
+    /// Where each sample lies in its pixel.
+    pub lots: Vec<Lot>,
+    /// What the camera ray of each sample met; empty unless the film wants it.
+    pub features: Vec<Option<Feature>>,
 }
 
 impl Buffers {
-    pub fn begin(&mut self, samples: usize) {
+    pub fn begin(&mut self, samples: usize, features: bool) {
         self.wave.clear();
         self.samplers.clear();
+        self.lots.clear();
+        self.features.clear();
+        self.features.resize(if features { samples } else { 0 }, None);
         self.colors.clear();
         self.colors.resize(samples, Vec3::ZERO);
     }
 
     /// Adds the camera ray of the next sample.
-    pub fn start(&mut self, ray: Ray, sampler: Sampler, cone: Cone) {
+    pub fn start(&mut self, ray: Ray, sampler: Sampler, cone: Cone, lot: Lot) {
         let sample = self.samplers.len() as u32;
         self.samplers.push(sampler);
+        self.lots.push(lot);
         self.wave.push(ray, Errand { sample, node: Node::CAMERA, weight: Vec3::ONE, cone });
     }
 }
@@ -121,7 +138,7 @@ fn find(view: View, buffers: &mut Buffers, worker: &mut Worker) {
 }
 
 fn shade(view: View, buffers: &mut Buffers, last: bool, worker: &mut Worker) {
-    let Buffers { wave, next, hits, shadows, samplers, colors, .. } = buffers;
+    let Buffers { wave, next, hits, shadows, samplers, colors, features, .. } = buffers;
     for ((ray, errand), hit) in wave.rays.iter().zip(&wave.errands).zip(hits) {
         let (direction, sample) = (ray.direction, errand.sample as usize);
         let Some(hit) = hit else {
@@ -139,6 +156,9 @@ fn shade(view: View, buffers: &mut Buffers, last: bool, worker: &mut Worker) {
         let front = direction.dot(surface.geometric_normal) < 0.0;
         let surface = if front { surface } else { surface.flipped() };
         let met = Encounter { direction, errand, surface, material, front, sampler: samplers[sample] };
+        if view.settings.features && errand.node == Node::CAMERA {
+            features[sample] = Some(feature::seen(view, &met));
+        }
         if material.diffuse != Vec3::ZERO || material.specular != Vec3::ZERO {
             for (i, light) in view.lights.iter().enumerate() {
                 direct(view, &met, light, Domain::Light(i as u32), &mut shadows[i]);

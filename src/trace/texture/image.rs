@@ -3,13 +3,13 @@
 use glam::Vec2;
 use glam::Vec3;
 
-use crate::components::{Filter, Level, Picture, Wrap};
+use crate::components::{Level, Picture, TexelFilter, Wrap};
 
 /// How a picture is looked up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sheet {
     pub wrap: Wrap,
-    pub filter: Filter,
+    pub filter: TexelFilter,
 }
 
 /// Where the surface's own coordinates end, in texture coordinates, least and greatest: no texel from beyond is mixed
@@ -24,9 +24,9 @@ impl Sheet {
     pub fn color(self, picture: &Picture, uv: Vec2, axes: [Vec2; 2], edges: Edges) -> Vec3 {
         let level = &picture.levels[0];
         match self.filter {
-            Filter::Nearest => self.nearest(level, uv, edges),
-            Filter::Bilinear => self.bilinear(level, uv, edges),
-            Filter::Mip => self.averaged(picture, uv, axes, edges),
+            TexelFilter::Nearest => self.nearest(level, uv, edges),
+            TexelFilter::Bilinear => self.bilinear(level, uv, edges),
+            TexelFilter::Mip => self.averaged(picture, uv, axes, edges),
         }
     }
 
@@ -114,7 +114,7 @@ mod tests {
 
     const FREE: Edges = [None; 2];
 
-    fn sheet(wrap: Wrap, filter: Filter) -> Sheet {
+    fn sheet(wrap: Wrap, filter: TexelFilter) -> Sheet {
         Sheet { wrap, filter }
     }
 
@@ -127,21 +127,22 @@ mod tests {
     #[test]
     fn v_runs_up_and_texels_sit_at_their_middles() {
         let picture = numbered(4, 2);
-        for filter in [Filter::Nearest, Filter::Bilinear, Filter::Mip] {
+        for filter in [TexelFilter::Nearest, TexelFilter::Bilinear, TexelFilter::Mip] {
             let at = |u, v| sheet(Wrap::Repeat, filter).color(&picture, Vec2::new(u, v), [Vec2::ZERO; 2], FREE);
             assert_eq!(at(0.125, 0.25).truncate(), Vec2::new(0.0, 1.0));
             assert_eq!(at(0.875, 0.75).truncate(), Vec2::new(3.0, 0.0));
             assert_eq!(at(5.375, -0.25).truncate(), Vec2::new(1.0, 0.0));
         }
         let between =
-            sheet(Wrap::Repeat, Filter::Bilinear).color(&picture, Vec2::new(0.25, 0.5), [Vec2::ZERO; 2], FREE);
+            sheet(Wrap::Repeat, TexelFilter::Bilinear).color(&picture, Vec2::new(0.25, 0.5), [Vec2::ZERO; 2], FREE);
         assert_eq!(between, Vec3::new(0.5, 0.5, 1.0));
     }
 
     #[test]
     fn wraps_do_what_they_say() {
         let picture = numbered(4, 4);
-        let at = |wrap, u| sheet(wrap, Filter::Bilinear).color(&picture, Vec2::new(u, 0.5), [Vec2::ZERO; 2], FREE).x;
+        let at =
+            |wrap, u| sheet(wrap, TexelFilter::Bilinear).color(&picture, Vec2::new(u, 0.5), [Vec2::ZERO; 2], FREE).x;
         assert_eq!(at(Wrap::Repeat, 0.0), 1.5);
         assert_eq!(at(Wrap::Repeat, 1.0), 1.5);
         assert_eq!(at(Wrap::Mirror, 0.0), 0.0);
@@ -154,10 +155,12 @@ mod tests {
     #[test]
     fn nothing_is_mixed_in_from_beyond_an_edge() {
         let picture = numbered(4, 4);
-        let v = |v| sheet(Wrap::Repeat, Filter::Bilinear).color(&picture, Vec2::new(0.5, v), [Vec2::ZERO; 2], FREE).y;
+        let v =
+            |v| sheet(Wrap::Repeat, TexelFilter::Bilinear).color(&picture, Vec2::new(0.5, v), [Vec2::ZERO; 2], FREE).y;
         assert_eq!(v(1.0), 1.5);
         let edges = [None, Some([0.0, 1.0])];
-        let v = |v| sheet(Wrap::Repeat, Filter::Bilinear).color(&picture, Vec2::new(0.5, v), [Vec2::ZERO; 2], edges).y;
+        let v =
+            |v| sheet(Wrap::Repeat, TexelFilter::Bilinear).color(&picture, Vec2::new(0.5, v), [Vec2::ZERO; 2], edges).y;
         assert_eq!((v(1.0), v(0.0)), (0.0, 3.0));
     }
 
@@ -165,12 +168,12 @@ mod tests {
     #[test]
     fn footprints_are_averaged() {
         let picture = numbered(64, 64);
-        let mip = sheet(Wrap::Repeat, Filter::Mip);
+        let mip = sheet(Wrap::Repeat, TexelFilter::Mip);
         for size in [1.0, 100.0, 1e30, f32::INFINITY] {
             let color = mip.color(&picture, Vec2::new(0.3, 0.8), [Vec2::X * size, Vec2::Y * size], FREE);
             assert!((color - Vec3::new(31.5, 31.5, 1.0)).length() < 1e-3, "{size}: {color}");
         }
-        let clamp = sheet(Wrap::Clamp, Filter::Mip);
+        let clamp = sheet(Wrap::Clamp, TexelFilter::Mip);
         let color = clamp.color(&picture, Vec2::splat(0.5), [Vec2::X * 0.25, Vec2::Y * 0.03125], FREE);
         assert!((color - Vec3::new(31.5, 31.5, 1.0)).length() < 1e-3, "{color}");
         let color = clamp.color(&picture, Vec2::new(0.5, 0.25), [Vec2::X * 0.25, Vec2::Y * 0.03125], FREE);

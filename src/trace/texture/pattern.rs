@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::noise::octaves;
-use crate::components::{Filter, Pattern, Texture};
+use crate::components::{Pattern, TexelFilter, Texture};
 
 /// A pattern ready to be looked up.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,7 +35,7 @@ impl Motif {
             ramp,
             octaves: texture.octaves,
             displacement: texture.displacement() as f32,
-            filtered: texture.filter == Filter::Mip,
+            filtered: texture.filter == TexelFilter::Mip,
         }
     }
 

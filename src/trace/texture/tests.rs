@@ -1,5 +1,5 @@
 use super::*;
-use crate::components::{Accel, Axes, Filter, Material, MeshData, Texels};
+use crate::components::{Accel, Axes, Material, MeshData, TexelFilter, Texels};
 use crate::trace::geometry::{LocalShape, Map};
 use crate::trace::{Accelerator, Tag, Worker};
 use glam::{DAffine3, DVec3};
@@ -101,7 +101,7 @@ fn a_textured_plane_equals_its_integral() {
     ];
     for (texture, picture, tolerance) in sources {
         let filtered = Model::floor(painted(&texture, picture.clone()));
-        let pointwise = Model::floor(painted(&Texture { filter: Filter::Bilinear, ..texture.clone() }, picture));
+        let pointwise = Model::floor(painted(&Texture { filter: TexelFilter::Bilinear, ..texture.clone() }, picture));
         for height in [1.0f32, 4.0, 30.0] {
             let spread = 0.02;
             let (mut error, mut count) = (0.0f32, 0);
