@@ -119,6 +119,46 @@ fn scripts_reach_textures_as_maps() {
     desk.anim("show.rhai -o two").fails(3, &["frame 2", "did you mean `white.png`?", "`color_map` of material `m`"]);
 }
 
+#[test]
+fn pictures_surround_a_scene() {
+    let desk = Desk::new();
+    // Left half red, right half blue: the middle is straight ahead (-z).
+    let halves = image::RgbImage::from_fn(64, 32, |x, _| image::Rgb(if x < 32 { [200, 0, 0] } else { [0, 0, 200] }));
+    desk.write("sky.png", encoded(&halves, image::ImageFormat::Png));
+    let scene = |more: &str| {
+        format!("(\n  camera: (from: (0, 0, 0), at: (0, 0, -1)),\n  render: (size: (16, 9), samples: 1, {more}),\n)")
+    };
+    let look = |more: &str, x: u32| {
+        desk.write("a.ron", scene(more));
+        desk.anim("a.ron -o out.png").ok();
+        pixel(&desk, "out.png", x, 4)
+    };
+    assert_eq!((look("environment: \"sky.png\"", 2), look("environment: \"sky.png\"", 13)), ([200, 0, 0], [0, 0, 200]));
+    assert_eq!(look("environment: \"sky.png\", environment_rotation: 180", 2), [0, 0, 200]);
+    assert_eq!(look("environment: \"sky.png\", environment_intensity: 0", 2), [0; 3]);
+    assert_eq!(look("sky: ((1, 1, 1), (1, 1, 1), (1, 1, 1))", 2), [255; 3]);
+    desk.write("a.ron", scene("environment: \"skye.png\""));
+    desk.anim("check a.ron").fails(3, &["a.ron:3:51: error", "did you mean `sky.png`?"]);
+}
+
+/// A texture is carried along by whatever moves its entity: a transform, or motion in time.
+#[test]
+fn textures_move_with_their_entity() {
+    let desk = Desk::new();
+    let look = |name: &str, moved: &str| {
+        let scene = format!(
+            "(camera: (from: (1, 1, 4), at: (1, 0, 0), shutter: (1, 1)), render: (size: (32, 24), samples: 1), \
+             entities: [(aabox: (), {moved}, texture: (pattern: Marble, scale: 2)), (point_light: (position: (3, 4, 5)))])"
+        );
+        desk.write("a.ron", scene);
+        desk.anim(&format!("a.ron -o {name}")).ok();
+        image::load_from_memory(&desk.read(name)).unwrap().to_rgb8()
+    };
+    let placed = look("placed.png", "transform: (translation: (1, 0, 0))");
+    assert!(placed == look("moved.png", "motion: (displacement: (1, 0, 0))"));
+    assert!(placed != look("other.png", "transform: (translation: (1, 0, 0)), motion: (displacement: (0.1, 0, 0))"));
+}
+
 /// A scene with every kind of texture is the same to the byte however it is traced, and comes back as RON.
 #[test]
 fn textures_are_exact() {
