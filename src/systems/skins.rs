@@ -83,6 +83,9 @@ pub fn skins(stage: &mut Stage) -> Result<Skins, Diagnostics> {
     type Parts<'q> = (&'q Order, Option<&'q Texture>, Option<&'q MaterialName>, Option<&'q Placement>);
     type More<'q> = (Option<&'q Motion>, Option<&'q Mesh>);
     let textured = of_material.iter().any(Option::is_some);
+    if !textured && stage.world.query::<&Texture>().iter().next().is_none() {
+        return Ok(skins);
+    }
     let mut query = stage.world.query::<(Parts, More)>().without::<&Absent>();
     let mut found: Vec<_> = query.iter().filter(|((_, texture, ..), _)| textured || texture.is_some()).collect();
     found.sort_by_key(|((order, ..), _)| **order);
