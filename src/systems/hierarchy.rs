@@ -26,6 +26,7 @@ enum Progress {
 /// An unknown or removed parent, a cycle of parents, a chain of parents over the limit.
 pub fn update(stage: &mut Stage) -> Result<(), Diagnostics> {
     if !stage.kept.stale_hierarchy {
+        move_alone(stage);
         return Ok(());
     }
     let mut progress = vec![Progress::Waiting; stage.entities.len()];
@@ -47,8 +48,23 @@ pub fn update(stage: &mut Stage) -> Result<(), Diagnostics> {
             _ => drop(stage.world.remove_one::<Placement>(entity)),
         }
     }
+    let mut transforms = stage.world.query::<&Transform>();
+    stage.kept.has_parents = transforms.iter().any(|transform| transform.parent.is_some());
+    stage.kept.moved.clear();
     stage.kept.stale_hierarchy = false;
     Ok(())
+}
+
+/// Places the entities that moved while none has a parent or a child.
+fn move_alone(stage: &mut Stage) {
+    for index in std::mem::take(&mut stage.kept.moved) {
+        let entity = stage.entities[index];
+        let matrix = stage.world.get::<&Transform>(entity).map(|transform| DAffine3::IDENTITY * transform.matrix());
+        let _ = match matrix {
+            Ok(matrix) => stage.world.insert_one(entity, Placement(matrix)),
+            Err(_) => stage.world.remove_one::<Placement>(entity).map(drop).or(Ok(())),
+        };
+    }
 }
 
 /// Walks from `index` up to the first entity that is placed, then back down.

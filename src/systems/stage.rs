@@ -54,6 +54,12 @@ pub(super) struct Kept {
     pub environment: Option<((Text, bool), CubeMap)>,
     /// Placements may be out of date.
     pub stale_hierarchy: bool,
+    /// Whether any entity had a parent when all placements were last made.
+    pub has_parents: bool,
+    /// Entities whose placement alone may be out of date.
+    pub moved: Vec<usize>,
+    /// Materials that entities wear may not exist.
+    pub stale_clothes: bool,
     /// Columns of primitives may be out of date.
     pub stale_geometry: bool,
 }

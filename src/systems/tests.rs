@@ -127,6 +127,26 @@ fn what_an_edit_leaves_alone_is_not_rebuilt() {
 }
 
 #[test]
+fn entities_that_move_alone_stand_where_a_new_world_has_them() {
+    let alone = || Scene { entities: vec![ball("a", [0.0; 3]), ball("b", [2.0, 0.0, 0.0])], ..scene() };
+    let turned = Transform { rotation: DVec3::new(9.0, 40.0, -0.0), translation: DVec3::X, ..Transform::default() };
+    let child = Transform { parent: Some("a".into()), ..turned.clone() };
+    let mut stage = spawn(alone()).unwrap();
+    let at = |stage: &Stage, i: usize| stage.world.get::<&Placement>(stage.entities[i]).ok().map(|p| *p);
+    let moves = [vec![put(0, turned.clone())], vec![put(1, child)], vec![put(1, turned), put(0, Sphere::default())]];
+    let taken_off = vec![Edit::Take { entity: 1, kind: Kind::Transform }];
+    for edits in moves.into_iter().chain([taken_off]) {
+        let taken_back = animate(&mut stage, edits).unwrap();
+        let fresh = spawn(collect(&stage)).unwrap();
+        assert_eq!([0, 1].map(|i| at(&stage, i)), [0, 1].map(|i| at(&fresh, i)));
+        undo(&mut stage, taken_back);
+        hierarchy::update(&mut stage).unwrap();
+        let rest = spawn(alone()).unwrap();
+        assert_eq!([0, 1].map(|i| at(&stage, i)), [0, 1].map(|i| at(&rest, i)));
+    }
+}
+
+#[test]
 fn a_mirrored_mesh_keeps_its_outside() {
     let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
     let one_sided = Material { two_sided: false, ..Material::default() };
