@@ -196,10 +196,13 @@ fn set_tags(stage: &mut Stage, index: usize, tags: Vec<Text>) -> Vec<Text> {
 fn touch(stage: &mut Stage, entity: usize, now: Option<&Component>, kind: Kind) {
     match kind {
         Kind::Transform => {
-            let stands_alone =
-                !stage.kept.has_parents && !matches!(now, Some(Component::Transform(t)) if t.parent.is_some());
+            let before = stage.world.get::<&Transform>(stage.entities[entity]).ok().and_then(|t| t.parent.clone());
+            let now = match now {
+                Some(Component::Transform(transform)) => transform.parent.as_ref(),
+                _ => None,
+            };
             stage.kept.stale_geometry = true;
-            if stands_alone {
+            if before.as_ref() == now {
                 stage.kept.moved.push(entity);
             } else {
                 stage.kept.stale_hierarchy = true;

@@ -54,9 +54,9 @@ pub(super) struct Kept {
     pub environment: Option<((Text, bool), CubeMap)>,
     /// Placements may be out of date.
     pub stale_hierarchy: bool,
-    /// Whether any entity had a parent when all placements were last made.
-    pub has_parents: bool,
-    /// Entities whose placement alone may be out of date.
+    /// Authored indices of the entities that stand in the space of another, by that one.
+    pub children: FxHashMap<usize, Vec<usize>>,
+    /// Entities whose transforms changed and whose parents did not: they and their children may be out of place.
     pub moved: Vec<usize>,
     /// Materials that entities wear may not exist.
     pub stale_clothes: bool,
