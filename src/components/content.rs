@@ -72,7 +72,7 @@ pub fn feed_component(
     hasher.text(component.kind().name());
     match component {
         Component::Mesh(mesh) => {
-            let made_of_data = ["file", "vertices", "triangles", "normals"];
+            let made_of_data = ["file", "vertices", "triangles", "normals", "uvs"];
             feed_record(mesh, |field| wanted(field) && !made_of_data.contains(&field), hasher, visit);
             hasher.digest(mesh.data.digest());
         }

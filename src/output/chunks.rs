@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn a_picture_with_other_notes_is_what_encoding_it_gives() {
-        let film = Film { width: 40, height: 30, pixels: (0..1200).map(|i| [i as f32 / 1200.0, 0.3, 0.1]).collect() };
+        let film = Film { pixels: (0..1200).map(|i| [i as f32 / 1200.0, 0.3, 0.1]).collect(), ..Film::new(40, 30) };
         let notes = |n: &str| -> Notes {
             let note = |keyword: &str, text: &str| (keyword.to_string(), text.to_string());
             vec![note("Source", "\u{e4}.rhai"), note("Frame", n), note("Frames", "9")]

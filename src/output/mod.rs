@@ -1,14 +1,16 @@
-//! Pictures on disk: PNG with metadata, names of frames, atomic writes, and what is there already.
+//! Pictures on disk: PNG and EXR with metadata, names of frames, atomic writes, and what is there already.
 //!
 //! What is written depends on the picture and its making alone: no time stamps, no paths, no machine. A file appears
 //! under its final name only when it is whole, and a [`manifest`] beside it knew of it a moment before.
 
 mod chunks;
+mod exr;
 pub mod manifest;
 pub mod names;
 mod png;
 mod state;
 
+pub use exr::{ExrFile, encode_exr, is_exr, read_exr, read_exr_header};
 pub use png::{Notes, encode_png, read_notes, settings_note};
 pub use state::{State, look, making_notes, renamed};
 

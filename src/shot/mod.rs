@@ -16,15 +16,16 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
-use crate::components::{Accel, Edit, Integrator, Render, Scene};
+use crate::components::{Accel, Aov, Edit, Integrator, Render, Scene};
 use crate::load;
+use crate::output::names::Target;
 use crate::script::Program;
 use crate::systems::{self, Stage};
 use assets::Assets;
 use outline::{Outline, Rest};
 
 /// Settings of the command line; they have the last word in every frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
     pub size: Option<[u32; 2]>,
     pub samples: Option<u32>,
@@ -33,6 +34,8 @@ pub struct Overrides {
     pub accel: Option<Accel>,
     pub light_size: Option<f64>,
     pub bit_depth: Option<u32>,
+    pub aovs: Option<Vec<Aov>>,
+    pub denoise: Option<bool>,
 }
 
 impl Overrides {
@@ -45,6 +48,8 @@ impl Overrides {
             accel: self.accel.unwrap_or(render.accel),
             light_size: self.light_size.unwrap_or(render.light_size),
             bit_depth: self.bit_depth.unwrap_or(render.bit_depth),
+            aovs: self.aovs.clone().unwrap_or(render.aovs),
+            denoise: self.denoise.unwrap_or(render.denoise),
             ..render
         }
     }
@@ -166,14 +171,17 @@ impl Input {
         done.map_err(in_frame)
     }
 
-    /// Evaluates and applies a frame without rendering it.
+    /// Evaluates and applies a frame without rendering it; with a target, its file must be able to hold it.
     ///
     /// # Errors
     /// The mistakes of the frame.
-    fn evaluate(&self, stage: &mut Stage, frame: u32) -> Result<Outline, Diagnostics> {
+    fn evaluate(&self, stage: &mut Stage, frame: u32, target: Option<&Target>) -> Result<Outline, Diagnostics> {
         let edits = self.edits(frame)?;
         let outline = self.rest.outline(&edits);
-        self.with_frame(stage, frame, edits, |stage| systems::check(stage))?;
+        self.with_frame(stage, frame, edits, |stage| {
+            systems::check(stage)?;
+            target.map_or(Ok(()), |target| Ok(run::suits(&stage.settings(), &target.path(frame))?))
+        })?;
         Ok(outline)
     }
 }

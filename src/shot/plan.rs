@@ -66,7 +66,7 @@ const COPIED_ENTITIES: usize = 1_000_000;
 /// # Errors
 /// The mistakes of the first frame, if all frames have some.
 pub fn make(shot: &mut Shot, wanted: &[u32], target: Target) -> Result<Plan, Diagnostics> {
-    let outlines = evaluate(shot, wanted)?;
+    let outlines = evaluate(shot, wanted, Some(&target))?;
     let mut before = None;
     let mut frames: Vec<Planned> = Vec::with_capacity(wanted.len());
     for (frame, outline) in wanted.iter().zip(outlines) {
@@ -137,21 +137,25 @@ fn find_twins(frames: &mut [Planned]) {
 /// # Errors
 /// The mistakes of the first frame that has any.
 pub fn check(shot: &mut Shot, frames: &[u32]) -> Result<(), Diagnostics> {
-    evaluate(shot, frames)?.into_iter().try_for_each(|outline| outline.map(drop))
+    evaluate(shot, frames, None)?.into_iter().try_for_each(|outline| outline.map(drop))
 }
 
-fn evaluate(shot: &mut Shot, wanted: &[u32]) -> Result<Vec<Result<Outline, Diagnostics>>, Diagnostics> {
+fn evaluate(
+    shot: &mut Shot,
+    wanted: &[u32],
+    target: Option<&Target>,
+) -> Result<Vec<Result<Outline, Diagnostics>>, Diagnostics> {
     let start = Instant::now();
     let spread = |i: usize| wanted[i * (wanted.len() - 1) / (TRIED - 1)];
     let tried: Vec<u32> = if wanted.len() > TRIED { (0..TRIED).map(spread).collect() } else { wanted.to_vec() };
     let mut known: FxHashMap<u32, Result<Outline, Diagnostics>> = FxHashMap::default();
     for frame in tried {
-        known.insert(frame, shot.input.evaluate(&mut shot.stage, frame));
+        known.insert(frame, shot.input.evaluate(&mut shot.stage, frame, target));
         if start.elapsed() > PATIENCE && known.values().all(Result::is_err) {
             return Err(known.remove(&wanted[0]).and_then(Result::err).unwrap_or_default());
         }
     }
-    let mut outlines = rest_of(shot, wanted, known);
+    let mut outlines = rest_of(shot, wanted, known, target);
     if !outlines.is_empty() && outlines.iter().all(Result::is_err) {
         return Err(outlines.swap_remove(0).err().unwrap_or_default());
     }
@@ -163,11 +167,12 @@ fn rest_of(
     shot: &mut Shot,
     wanted: &[u32],
     known: FxHashMap<u32, Result<Outline, Diagnostics>>,
+    target: Option<&Target>,
 ) -> Vec<Result<Outline, Diagnostics>> {
     let Shot { stage, input, .. } = shot;
     let one = |stage: &mut systems::Stage, frame: &u32| match known.get(frame) {
         Some(outline) => outline.clone(),
-        None => input.evaluate(stage, *frame),
+        None => input.evaluate(stage, *frame, target),
     };
     let copies = COPIED_ENTITIES / (stage.entity_count() + 1) + 1;
     let workers = rayon::current_num_threads().min(wanted.len() / 32).min(copies);

@@ -15,7 +15,8 @@ use crate::base::{files, limits};
 use crate::components::Render;
 use crate::film::Film;
 use crate::output::manifest::{Making, Manifest};
-use crate::output::{self, Notes, State, encode_png, making_notes, settings_note};
+use crate::output::names::is_exr;
+use crate::output::{self, Notes, State, encode_exr, encode_png, making_notes, settings_note};
 use crate::systems::{self, FrameStats};
 
 /// What happens while a shot is rendered.
@@ -186,7 +187,7 @@ fn write_all(
     for Exposed { frames, film, render, stats, start } in pictures {
         let mut reused = Reused::None;
         for (making, file) in frames {
-            let written = encode_png(&film, &render, &notes(&making, &stats, &render))
+            let written = encode(&film, &render, &notes(&making, &stats, &render), &file)
                 .map_err(|e| Diagnostic::error(format!("cannot encode {}: {e}", file.display())).because(Cause::Io))
                 .and_then(|bytes| write(manifest, &making, &file, &bytes));
             if let Err(problem) = written {
@@ -198,6 +199,37 @@ fn write_all(
             watch(Event::Written(Report { frame: making.frame, file, reused, stats, total_seconds }));
             reused = Reused::Copy;
         }
+    }
+    Ok(())
+}
+
+fn encode(film: &Film, render: &Render, notes: &Notes, file: &Path) -> Result<Vec<u8>, String> {
+    if is_exr(file) {
+        return encode_exr(film, render, notes);
+    }
+    encode_png(film, render, notes).map_err(|e| e.to_string())
+}
+
+/// Sees to it that a file can hold what the settings ask for.
+///
+/// # Errors
+/// What it cannot hold, and which file could.
+pub fn suits(render: &Render, file: &Path) -> Result<(), Diagnostic> {
+    let png = || {
+        let name = file.file_stem().unwrap_or_default().to_string_lossy();
+        format!("write an EXR file, as in -o {name}.exr or -o 'folder/f.####.exr'")
+    };
+    let wrong = |what: String, help: String| Err(Diagnostic::error(what).help(help).because(Cause::Usage));
+    if is_exr(file) {
+        return Ok(());
+    }
+    if !render.aovs.is_empty() {
+        let list: Vec<&str> = render.aovs.iter().map(|aov| aov.name()).collect();
+        let what = format!("a PNG file cannot hold the layers of `aovs`: {}", list.join(", "));
+        return wrong(what, png() + ", or leave them out with --aovs none");
+    }
+    if render.bit_depth == 32 {
+        return wrong("a PNG file has 8 or 16 bits per channel, not 32".into(), png());
     }
     Ok(())
 }

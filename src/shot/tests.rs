@@ -170,7 +170,7 @@ fn files_count_by_what_is_in_them() {
     scene.render.environment = Some("sky".into());
     std::fs::create_dir(folder.path().join("sky")).unwrap();
     write("sky/top.png", "blue");
-    scene.entities[0].put(Texture { image: "wood.png".into(), ..Texture::default() }.into());
+    scene.entities[0].put(Texture { image: Some("wood.png".into()), ..Texture::default() }.into());
     let missing = hash(&scene, &[]);
     write("wood.png", "oak");
     let oak = hash(&scene, &[]);
@@ -246,7 +246,7 @@ fn work_that_falls_over_loses_its_own_frame() {
     let fell = input.with_frame(stage, 2, edits, |_| -> Result<(), _> { panic!("the roof") }).unwrap_err();
     assert!(fell.to_string().contains("in frame 2: the renderer fell over: the roof"), "{fell}");
     assert_eq!(systems::collect(stage), before);
-    assert!(input.evaluate(stage, 2).is_ok());
+    assert!(input.evaluate(stage, 2, None).is_ok());
 }
 
 #[test]

@@ -6,12 +6,13 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::stage::{AccelKey, Kept, Stage};
-use super::{extract, hierarchy, lens, lights};
+use super::{extract, hierarchy, lens, lights, skins};
 use crate::base::diagnostics::Diagnostics;
 use crate::components::{Render, Transfer};
-use crate::film::Film;
+use crate::film::{Film, FilterTable, Gather, Tally, denoise};
 use crate::load::image;
-use crate::trace::integrator::{Settings, View, pixels};
+use crate::trace::environment::{Environment, Source};
+use crate::trace::integrator::{Settings, View, expose};
 use crate::trace::{Accelerator, Counters, Worker};
 
 /// Side of a tile in pixels: small enough to share out evenly, large enough for neighbours to share cells.
@@ -51,21 +52,35 @@ pub fn render(
     if !resolved.lens {
         camera = camera.pinhole();
     }
-    surround(stage, &settings)?;
+    let environment = surround(stage, &settings)?;
+    let skins = skins::skins(stage)?;
     let (materials, lights) = (extract::materials(stage), lights::lights(stage));
     let Some((_, accelerator)) = &stage.kept.accelerator else { return Ok(None) };
+    let filter = FilterTable::new(settings.filter, settings.filter_width());
     let view = View {
         geometry: &stage.kept.geometry,
         accelerator,
         materials: &materials,
         lights: &lights,
+        skins: &skins,
         camera: &camera,
-        environment: settings.environment.as_ref().and(stage.kept.environment.as_ref().map(|(_, sky)| sky)),
+        environment: environment.as_ref(),
         settings: &resolved,
+        filter: &filter,
         width: settings.size[0],
     };
     let built = Instant::now();
-    let Some((film, counters)) = tiles(view, settings.size, cancel, progress) else { return Ok(None) };
+    let gather = Gather {
+        clamp: settings.clamp.map(|c| c as f32),
+        signed: filter.is_signed(),
+        moments: settings.gathers_moments(),
+        features: settings.gathers_features(),
+    };
+    let Some((tiles, counters)) = tiles(view, settings.size, gather, cancel, progress) else { return Ok(None) };
+    let mut film = develop(settings.size, gather, &tiles);
+    if settings.denoise {
+        denoise(&mut film);
+    }
     let stats = FrameStats {
         counters,
         accel: accelerator.name(),
@@ -84,20 +99,27 @@ pub fn forget(stage: &mut Stage) {
 /// Sees to it that the World as it stands can be rendered, without rendering it.
 ///
 /// # Errors
-/// A focus on an entity that does not exist or does not lie before the camera.
-pub fn check(stage: &Stage) -> Result<(), Diagnostics> {
-    lens::camera_rays(stage, stage.settings().size).map(|_| ())
+/// A focus on an entity that does not exist or does not lie before the camera; a picture that cannot be read.
+pub fn check(stage: &mut Stage) -> Result<(), Diagnostics> {
+    lens::camera_rays(stage, stage.settings().size)?;
+    skins::read_pictures(stage)
 }
 
-/// Reads the sky that the settings name, unless it is the one that was read last.
-fn surround(stage: &mut Stage, settings: &Render) -> Result<(), Diagnostics> {
-    let Some(folder) = &settings.environment else { return Ok(()) };
-    let key = (folder.clone(), settings.transfer == Transfer::Srgb);
-    if stage.kept.environment.as_ref().is_none_or(|(known, _)| *known != key) {
-        let sky = image::read_cube_map(&stage.base.join(&**folder), key.1)?;
-        stage.kept.environment = Some((key, sky));
-    }
-    Ok(())
+/// What surrounds the scene as the settings have it; a file is read unless it is the one that was read last.
+fn surround(stage: &mut Stage, settings: &Render) -> Result<Option<Environment>, Diagnostics> {
+    let Render { environment_intensity: intensity, environment_rotation: rotation, .. } = *settings;
+    let Some(name) = &settings.environment else {
+        let sky = settings.sky.map(|colors| Source::Sky(colors.map(|c| c.as_vec3())));
+        return Ok(sky.map(|source| Environment::new(source, intensity, rotation)));
+    };
+    let key = (name.clone(), settings.transfer == Transfer::Srgb);
+    let Kept { environment, pictures, .. } = &mut stage.kept;
+    let kept = match environment.take() {
+        Some((known, kept)) if known == key => kept.placed(intensity, rotation),
+        _ => Environment::new(image::read_surroundings(pictures, &stage.base, name, key.1)?, intensity, rotation),
+    };
+    *environment = Some((key, kept.clone()));
+    Ok(Some(kept))
 }
 
 /// Builds the accelerator if the columns or its settings changed.
@@ -112,42 +134,67 @@ fn accelerate(stage: &mut Stage, rebuilt: bool) {
     }
 }
 
-type Tile = (Vec<([u32; 2], [f32; 3])>, Counters);
-
+/// Traces all tiles, in the order that they are counted in, each into a tally of its own.
 fn tiles(
     view: View,
-    [width, height]: [u32; 2],
+    size: [u32; 2],
+    gather: Gather,
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
-) -> Option<(Film, Counters)> {
-    let across = width.div_ceil(TILE);
-    let total = (across * height.div_ceil(TILE)) as usize;
+) -> Option<(Vec<Tally>, Counters)> {
+    let total = tile_count(size);
     let done = AtomicUsize::new(0);
-    let trace = |worker: &mut Worker, index: usize| -> Option<Tile> {
+    let trace = |worker: &mut Worker, index: usize| -> Option<(Tally, Counters)> {
         if cancel.load(Ordering::Relaxed) {
             return None;
         }
-        let corner = [index as u32 % across * TILE, index as u32 / across * TILE];
-        let places = places(corner, [width, height]);
+        let places = places(index, size);
+        let mut tally = Tally::new(places.len(), gather);
         worker.start_tile();
-        let colors = pixels(view, &places, worker);
+        expose(view, &places, &mut tally, worker);
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-        Some((places.into_iter().zip(colors).collect(), std::mem::take(&mut worker.counters)))
+        Some((tally, std::mem::take(&mut worker.counters)))
     };
-    let traced: Option<Vec<Tile>> = (0..total).into_par_iter().map_init(Worker::default, trace).collect();
-    let mut film = Film::new(width, height);
+    let traced: Option<Vec<_>> = (0..total).into_par_iter().map_init(Worker::default, trace).collect();
+    let (tallies, costs): (Vec<Tally>, Vec<Counters>) = traced?.into_iter().unzip();
     let mut counters = Counters::default();
-    for (tile, cost) in traced? {
-        for ([x, y], color) in tile {
-            film.pixels[y as usize * width as usize + x as usize] = color;
-        }
-        counters += cost;
+    costs.into_iter().for_each(|cost| counters += cost);
+    Some((tallies, counters))
+}
+
+/// The means of what the tiles of a picture add up to.
+fn develop(size: [u32; 2], gather: Gather, tiles: &[Tally]) -> Film {
+    let mut film = Film::new(size[0], size[1]);
+    let count = film.pixels.len();
+    if gather.features {
+        film.layers.make_room_for_features(count);
     }
-    Some((film, counters))
+    if gather.moments {
+        film.layers.variance = vec![0.0; count];
+    }
+    for (index, tally) in tiles.iter().enumerate() {
+        for (i, [x, y]) in places(index, size).into_iter().enumerate() {
+            let pixel = y as usize * size[0] as usize + x as usize;
+            film.pixels[pixel] = tally.color(i);
+            if let Some(sum) = tally.feature(i) {
+                film.layers.resolve(pixel, sum);
+            }
+            if let Some([_, variance]) = tally.spread(i) {
+                film.layers.variance[pixel] = variance.min(f64::from(f32::MAX)) as f32;
+            }
+        }
+    }
+    film
+}
+
+fn tile_count([width, height]: [u32; 2]) -> usize {
+    width.div_ceil(TILE) as usize * height.div_ceil(TILE) as usize
 }
 
 /// Pixels of a tile in squares of squares (Morton 1966), so that those that follow each other are neighbours.
-fn places(corner: [u32; 2], size: [u32; 2]) -> Vec<[u32; 2]> {
+fn places(tile: usize, size: [u32; 2]) -> Vec<[u32; 2]> {
+    let across = size[0].div_ceil(TILE);
+    let corner = [tile as u32 % across * TILE, tile as u32 / across * TILE];
     let every_second = |n: u32| (0..4).fold(0, |sum, bit| sum | (n >> (2 * bit) & 1) << bit);
     let place = |n: u32| [corner[0] + every_second(n), corner[1] + every_second(n >> 1)];
     (0..TILE * TILE).map(place).filter(|[x, y]| *x < size[0] && *y < size[1]).collect()
