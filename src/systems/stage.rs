@@ -56,6 +56,12 @@ pub(super) struct Kept {
     pub pictures: Pictures,
     /// Placements may be out of date.
     pub stale_hierarchy: bool,
+    /// Authored indices of the entities that stand in the space of another, by that one.
+    pub children: FxHashMap<usize, Vec<usize>>,
+    /// Entities whose transforms changed and whose parents did not: they and their children may be out of place.
+    pub moved: Vec<usize>,
+    /// Materials that entities wear may not exist.
+    pub stale_clothes: bool,
     /// Columns of primitives may be out of date.
     pub stale_geometry: bool,
 }
