@@ -8,6 +8,8 @@ mod exact;
 mod golden;
 #[path = "all/house.rs"]
 mod house;
+#[path = "all/motion.rs"]
+mod motion;
 #[path = "all/oracles.rs"]
 mod oracles;
 #[path = "all/tool.rs"]

@@ -22,6 +22,8 @@ pub const FRAME_PIXELS: u64 = 1 << 27;
 pub const SAMPLES: u32 = 65_536;
 /// Points on one light for one shadow estimate.
 pub const SHADOW_SAMPLES: u32 = 4_096;
+/// Moments of a frame with an open shutter: each is evaluated, placed and built; motion that needs more is a smear.
+pub const SHUTTER_SLICES: u32 = 1_024;
 /// Ray generations: each may branch in two, so the tree is bounded by 2^depth.
 pub const RAY_DEPTH: u32 = 64;
 /// Frames of one sequence: eleven hours at 24 frames a second.

@@ -10,7 +10,7 @@ use crate::base::limits;
 choice! {
     /// Which light paths are followed.
     pub enum Integrator {
-        /// Whitted (CACM 1980): sharp mirrors and refraction, hard shadows, a pinhole camera.
+        /// Whitted (CACM 1980): sharp mirrors and refraction, hard shadows, a pinhole camera, one moment.
         Whitted,
         /// Cook, Porter and Carpenter (SIGGRAPH 1984): soft shadows, gloss and the lens, by sampling.
         Distribution,
@@ -102,6 +102,10 @@ record! {
         /// Bits per channel of the picture file, 8 or 16.
         pub bit_depth: u32 = 8,
         pub transfer: Transfer = Transfer::Srgb,
+
+        /// Moments that a frame is made of while the camera's shutter is open, evenly spread over it, each for its share
+        /// of every pixel's samples; never more than samples. One moment is the middle of the shutter.
+        pub shutter_slices: u32 = 16,
     }
 }
 
@@ -109,6 +113,14 @@ impl Render {
     /// Side n of the n x n strata of a pixel.
     pub fn strata(&self) -> u32 {
         self.samples.isqrt().max(1)
+    }
+
+    /// Moments of a frame whose shutter is open. A Whitted picture is one moment, as it is one point of the lens.
+    pub fn moments(&self) -> u32 {
+        match self.integrator {
+            Integrator::Whitted => 1,
+            _ => self.shutter_slices.min(self.strata() * self.strata()),
+        }
     }
 }
 
@@ -127,6 +139,7 @@ impl Check for Render {
         whole("max_depth", self.max_depth.into(), 1, limits::RAY_DEPTH.into())?;
         whole("shadow_samples", self.shadow_samples.into(), 1, limits::SHADOW_SAMPLES.into())?;
         at_least("light_size", self.light_size, 0.0)?;
+        whole("shutter_slices", self.shutter_slices.into(), 1, limits::SHUTTER_SLICES.into())?;
         between("grid_density", self.grid_density, 1e-3, 1e3)?;
         if self.bit_depth != 8 && self.bit_depth != 16 {
             let message = format!("`bit_depth` must be 8 or 16, not {}", self.bit_depth);

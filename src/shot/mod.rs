@@ -1,10 +1,12 @@
 //! A shot: one input, its frames as data, and their way to pictures.
 //!
 //! Every frame is evaluated before the first is rendered, so that a mistake in frame 37 is known at once and nothing
-//! is written. A frame starts from the same World: its edits are applied, it is rendered, they are taken back. While
-//! one frame is rendered the one before is encoded and written.
+//! is written. A frame starts from the same World: its edits are applied, it is rendered, they are taken back; where the
+//! shutter is open, so for each of its [`Slice`]s of time. While one frame is rendered the one before is encoded and
+//! written.
 
 pub mod run;
+mod shutter;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -14,6 +16,7 @@ use crate::components::{Accel, Edit, Integrator, Render, Scene};
 use crate::load;
 use crate::script::Program;
 use crate::systems::{self, Stage};
+pub use shutter::Slice;
 
 /// Settings of the command line; they have the last word in every frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -105,20 +108,17 @@ impl Shot {
         self.script.as_ref().map_or(1, |(program, _)| program.header().frames)
     }
 
-    /// The edits of a frame, counted from 1: those of the script, then those of the command line.
+    /// The edits of a frame, counted from 1, at `offset` frames from its own time: those of the script, then those of the
+    /// command line.
     ///
     /// # Errors
     /// A mistake in the script, with its place and the frame.
-    pub fn edits(&self, frame: u32) -> Result<Vec<Edit>, Diagnostics> {
+    pub fn edits(&self, frame: u32, offset: f64) -> Result<Vec<Edit>, Diagnostics> {
         let mut edits = match &self.script {
-            Some((program, rest)) => program.frame(rest, frame)?,
+            Some((program, rest)) => program.frame(rest, frame, offset)?,
             None => Vec::new(),
         };
-        let last = edits.iter().rev().find_map(|edit| match edit {
-            Edit::Render(render) => Some(render.clone()),
-            _ => None,
-        });
-        let render = last.unwrap_or_else(|| self.stage.settings());
+        let render = shutter::last_render(&edits).cloned().unwrap_or_else(|| self.stage.settings());
         let changed = self.overrides.apply(render.clone());
         if changed != render {
             edits.push(Edit::Render(changed));
@@ -126,42 +126,28 @@ impl Shot {
         Ok(edits)
     }
 
-    /// Evaluates and applies every one of these frames without rendering it.
+    /// Evaluates and applies every moment of these frames without rendering it.
     ///
     /// # Errors
     /// The mistakes of the first frame that has any.
     pub fn check(&mut self, frames: &[u32]) -> Result<(), Diagnostics> {
         for frame in frames {
-            self.with_frame(*frame, |stage| systems::check(stage))?;
+            self.each_slice(*frame, |stage, _| systems::check(stage).map(|()| true))?;
         }
         Ok(())
     }
 
-    /// The World of one frame as a scene.
+    /// The World of one frame as a scene, at the frame's own time.
     ///
     /// # Errors
     /// As [`Self::check`].
     pub fn scene_of(&mut self, frame: u32) -> Result<Scene, Diagnostics> {
-        self.with_frame(frame, |stage| Ok(systems::collect(stage)))
-    }
-
-    /// Does something with the World of a frame, then takes the frame's edits back.
-    fn with_frame<T>(
-        &mut self,
-        frame: u32,
-        work: impl FnOnce(&mut Stage) -> Result<T, Diagnostics>,
-    ) -> Result<T, Diagnostics> {
-        let in_frame = |mut problems: Diagnostics, named: bool| {
-            for problem in problems.0.iter_mut().filter(|_| named) {
-                problem.message = format!("in frame {frame}: {}", problem.message);
-            }
-            problems
-        };
+        let edits = self.edits(frame, 0.0)?;
         let named = self.is_sequence();
-        let edits = self.edits(frame)?;
-        let taken_back = systems::animate(&mut self.stage, edits).map_err(|p| in_frame(p, named))?;
-        let done = work(&mut self.stage).map_err(|p| in_frame(p, named));
+        let taken_back = systems::animate(&mut self.stage, edits)
+            .map_err(|problems| if named { shutter::in_frame(frame, problems) } else { problems })?;
+        let scene = systems::collect(&self.stage);
         systems::undo(&mut self.stage, taken_back);
-        done
+        Ok(scene)
     }
 }

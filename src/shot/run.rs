@@ -11,7 +11,7 @@ use crate::components::Render;
 use crate::film::Film;
 use crate::output::names::Target;
 use crate::output::{Notes, encode_png, settings_note, write_atomic};
-use crate::systems::{self, FrameStats};
+use crate::systems::{self, Exposure, FrameStats};
 
 /// What happens while a shot is rendered.
 pub enum Event {
@@ -97,12 +97,15 @@ fn expose(
     watch: &(dyn Fn(Event) + Sync),
 ) -> Result<Option<Exposed>, Diagnostics> {
     let start = Instant::now();
-    shot.with_frame(frame, |stage| {
-        let progress = |done, total| watch(Event::Tiles { frame, done, total });
-        let rendered = systems::render(stage, cancel, &progress)?;
-        let render = stage.settings();
-        Ok(rendered.map(|(film, stats)| Exposed { frame, film, render, stats, start }))
-    })
+    let progress = |done, total| watch(Event::Tiles { frame, done, total });
+    let (mut exposure, mut render, mut whole) = (Exposure::default(), Render::default(), true);
+    shot.each_slice(frame, |stage, share| {
+        render = stage.settings();
+        whole = systems::expose(stage, share, &mut exposure, cancel, &progress)?;
+        Ok(whole)
+    })?;
+    let developed = exposure.develop().filter(|_| whole);
+    Ok(developed.map(|(film, stats)| Exposed { frame, film, render, stats, start }))
 }
 
 fn write_all(

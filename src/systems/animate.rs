@@ -160,8 +160,6 @@ fn revert(stage: &mut Stage, inverse: Inverse) {
 
 fn set_camera(stage: &mut Stage, camera: Camera) -> Camera {
     let old = stage.camera();
-    // Entities in motion stand where they are when the shutter opens.
-    stage.kept.stale_geometry |= old.shutter != camera.shutter;
     let _ = stage.world.insert_one(stage.camera, camera);
     old
 }
@@ -194,7 +192,7 @@ fn set_tags(stage: &mut Stage, index: usize, tags: Vec<Text>) -> Vec<Text> {
 /// Marks what a change to a component of this kind may have made stale.
 fn touch(stage: &mut Stage, kind: Kind) {
     match kind {
-        Kind::Transform => touch_all(stage),
+        Kind::Transform | Kind::Motion => touch_all(stage),
         Kind::PointLight | Kind::AreaLight | Kind::Texture => {}
         _ => stage.kept.stale_geometry = true,
     }

@@ -1,11 +1,11 @@
-//! Transforms and parents -> placements in the world.
+//! Transforms, parents and motion -> placements in the world.
 
 use glam::DAffine3;
 
 use super::stage::Stage;
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::limits;
-use crate::components::Transform;
+use crate::components::{Motion, Transform};
 
 /// Map from an entity's local space to the world; entities without one stand in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +20,7 @@ enum Progress {
     Done(DAffine3),
 }
 
-/// Brings the placement of every entity with a transform up to date, if an edit may have changed one.
+/// Brings the placement of every entity with a transform or in motion up to date, if an edit may have changed one.
 ///
 /// # Errors
 /// An unknown or removed parent, a cycle of parents, a chain of parents over the limit.
@@ -35,9 +35,9 @@ pub fn update(stage: &mut Stage) -> Result<(), Diagnostics> {
     }
     for (index, state) in progress.into_iter().enumerate() {
         let entity = stage.entities[index];
-        let has_transform = stage.world.get::<&Transform>(entity).is_ok();
+        let is_placed = stage.world.satisfies::<hecs::Or<&Transform, &Motion>>(entity);
         match state {
-            Progress::Done(matrix) if has_transform => {
+            Progress::Done(matrix) if is_placed => {
                 if let Ok(mut slot) = stage.world.get::<&mut Placement>(entity) {
                     slot.0 = matrix;
                     continue;
@@ -76,6 +76,9 @@ fn place(stage: &Stage, index: usize, progress: &mut [Progress], chain: &mut Vec
     for here in chain.drain(..).rev() {
         if let Ok(transform) = stage.world.get::<&Transform>(stage.entities[here]) {
             matrix *= transform.matrix();
+        }
+        if let Ok(motion) = stage.world.get::<&Motion>(stage.entities[here]) {
+            matrix.translation += motion.at(stage.time);
         }
         progress[here] = Progress::Done(matrix);
     }

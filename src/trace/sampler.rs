@@ -16,6 +16,8 @@ pub enum Domain {
     Bounce,
     /// Which of a surface's ways of scattering a path takes.
     Lobe,
+    /// When, while the shutter is open.
+    Time,
     Light(u32),
 }
 
@@ -27,6 +29,7 @@ impl Domain {
             Domain::Gloss => 2,
             Domain::Bounce => 3,
             Domain::Lobe => 4,
+            Domain::Time => 6,
             Domain::Light(i) => 16 + u64::from(i),
         }
     }
@@ -103,6 +106,16 @@ impl Sampler {
     /// An independent uniform number, apart from the pairs of the same domain.
     pub fn extra(&self, node: Node, domain: Domain) -> f32 {
         unit_f32(combine(self.key(node, domain), !u64::from(self.sample)))
+    }
+
+    /// A position among the pixel's samples, shuffled per pixel and domain.
+    pub fn shuffled(&self, domain: Domain, position: u32) -> u32 {
+        shuffle(position, self.strata * self.strata, self.key(Node::CAMERA, domain) as u32)
+    }
+
+    /// A whole number below `steps`, of at most 24 bits, that belongs to the pixel and the domain.
+    pub fn offset(&self, domain: Domain, steps: u64) -> u64 {
+        (self.key(Node::CAMERA, domain) >> 40) % steps
     }
 
     fn pair(&self, key: u64) -> [f32; 2] {

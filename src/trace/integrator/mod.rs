@@ -92,38 +92,100 @@ pub struct View<'a> {
     pub width: u32,
 }
 
+/// One of the equal parts that the samples of every pixel are divided into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Share {
+    pub index: u32,
+    pub of: u32,
+}
+
+impl Share {
+    pub const WHOLE: Share = Share { index: 0, of: 1 };
+
+    /// Samples of a pixel that belong to this part.
+    ///
+    /// Which ones is drawn anew for each pixel, so that parts are strangers to strata of pixel, lens and lights. Where
+    /// the number of samples is no multiple of the parts, chance decides per pixel which parts have one more: no part
+    /// counts for more than another in the mean.
+    fn samples(self, pixel: &Sampler) -> impl Iterator<Item = u32> + use<> {
+        const STEPS: u64 = 1 << 24;
+        let pixel = *pixel;
+        let count = pixel.strata * pixel.strata;
+        let shift = pixel.offset(Domain::Time, STEPS);
+        let bound = move |part: u32| {
+            let at = (u64::from(part) * u64::from(count) * STEPS).div_ceil(u64::from(self.of));
+            (at.saturating_sub(shift).div_ceil(STEPS) as u32).min(count)
+        };
+        let whole = self.of == 1;
+        (bound(self.index)..bound(self.index + 1))
+            .map(move |slot| if whole { slot } else { pixel.shuffled(Domain::Time, slot) })
+    }
+}
+
 /// Samples that go through the scene together: enough to keep packets full, few enough for the cache.
 const BATCH: usize = 2048;
 
-/// Linear colours of pixels (x, y), counted from the top left: means of their samples, each clamped to 0..1.
+/// Sums over a share of the samples of pixels (x, y), counted from the top left: linear colours, each clamped to 0..1.
 ///
 /// Pixels that follow each other in the list should be neighbours.
-pub fn pixels(view: View, places: &[[u32; 2]], worker: &mut Worker) -> Vec<[f32; 3]> {
+pub fn pixels(view: View, places: &[[u32; 2]], share: Share, worker: &mut Worker) -> Vec<Vec3> {
     let strata = view.settings.strata;
-    let samples = (strata * strata) as usize;
     let mut sums = vec![Vec3::ZERO; places.len()];
     let mut buffers = std::mem::take(&mut worker.waves);
-    let total = places.len() * samples;
-    for first in (0..total).step_by(BATCH) {
-        let batch = first..(first + BATCH).min(total);
-        buffers.begin(batch.len());
-        let of_pixel = |[x, y]: [u32; 2]| Sampler::new(view.settings.seed, y * view.width + x, strata);
-        let mut sampler = of_pixel(places[first / samples]);
-        for index in batch.clone() {
-            let [x, y] = places[index / samples];
-            if index % samples == 0 {
-                sampler = of_pixel([x, y]);
-            }
-            sampler.sample = (index % samples) as u32;
+    let of_pixel = |[x, y]: [u32; 2]| Sampler::new(view.settings.seed, y * view.width + x, strata);
+    let mut work = places.iter().enumerate().flat_map(|(place, at)| {
+        let mut sampler = of_pixel(*at);
+        share.samples(&sampler).map(move |sample| {
+            sampler.sample = sample;
+            (place, sampler)
+        })
+    });
+    let mut batch: Vec<usize> = Vec::with_capacity(BATCH);
+    loop {
+        batch.clear();
+        buffers.begin();
+        for (place, sampler) in work.by_ref().take(BATCH) {
+            let [x, y] = places[place];
             let offset = if strata == 1 { [0.5; 2] } else { sampler.in_own_cell(Node::CAMERA, Domain::Pixel) };
             buffers.start(view.camera.ray(x, y, offset, &sampler), sampler);
+            batch.push(place);
+        }
+        if batch.is_empty() {
+            break;
         }
         worker.counters.primary_rays += batch.len() as u64;
         wave::trace(view, &mut buffers, worker);
-        for (index, color) in batch.zip(&buffers.colors) {
-            sums[index / samples] += color.clamp(Vec3::ZERO, Vec3::ONE);
+        for (place, color) in batch.iter().zip(&buffers.colors) {
+            sums[*place] += color.clamp(Vec3::ZERO, Vec3::ONE);
         }
     }
     worker.waves = buffers;
-    sums.into_iter().map(|sum| (sum / samples as f32).to_array()).collect()
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_a_fair_partition_of_the_samples() {
+        for (strata, of) in [(1, 1), (2, 4), (3, 7), (4, 16), (4, 5), (6, 1)] {
+            let mut sizes = vec![0u32; of as usize];
+            for pixel in 0..4000 {
+                let sampler = Sampler::new(3, pixel, strata);
+                let mut seen = vec![false; (strata * strata) as usize];
+                for index in 0..of {
+                    for sample in (Share { index, of }).samples(&sampler) {
+                        assert!(!std::mem::replace(&mut seen[sample as usize], true));
+                        sizes[index as usize] += 1;
+                    }
+                }
+                assert!(seen.iter().all(|s| *s), "{strata} {of}");
+            }
+            let mean = f64::from(4000 * strata * strata) / f64::from(of);
+            assert!(sizes.iter().all(|n| (f64::from(*n) / mean - 1.0).abs() < 0.03), "{strata} {of}: {sizes:?}");
+        }
+        let whole: Vec<u32> = Share::WHOLE.samples(&Sampler::new(1, 2, 3)).collect();
+        assert_eq!(whole, (0..9).collect::<Vec<_>>());
+    }
 }

@@ -63,17 +63,17 @@ pub struct Buffers {
 }
 
 impl Buffers {
-    pub fn begin(&mut self, samples: usize) {
+    pub fn begin(&mut self) {
         self.wave.clear();
         self.samplers.clear();
         self.colors.clear();
-        self.colors.resize(samples, Vec3::ZERO);
     }
 
     /// Adds the camera ray of the next sample.
     pub fn start(&mut self, ray: Ray, sampler: Sampler) {
         let sample = self.samplers.len() as u32;
         self.samplers.push(sampler);
+        self.colors.push(Vec3::ZERO);
         self.wave.push(ray, Errand { sample, node: Node::CAMERA, weight: Vec3::ONE });
     }
 }
