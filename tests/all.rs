@@ -4,6 +4,8 @@
 mod errors;
 #[path = "all/exact.rs"]
 mod exact;
+#[path = "all/film.rs"]
+mod film;
 #[path = "all/golden.rs"]
 mod golden;
 #[path = "all/house.rs"]
@@ -12,5 +14,7 @@ mod house;
 mod motion;
 #[path = "all/oracles.rs"]
 mod oracles;
+#[path = "all/textures.rs"]
+mod textures;
 #[path = "all/tool.rs"]
 mod tool;

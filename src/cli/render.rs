@@ -8,9 +8,9 @@ use serde_json::json;
 
 use super::progress::{Mode, Progress};
 use super::{Exit, InputArguments, frames, print, say, usage};
-use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, suggestion};
 use crate::base::limits;
-use crate::components::{Accel, Integrator};
+use crate::components::{Accel, Aov, Integrator};
 use crate::output::names;
 use crate::shot::run::{self, Ending, Event, Report};
 use crate::shot::{self, Overrides};
@@ -20,7 +20,8 @@ use crate::shot::{self, Overrides};
   anim render show.rhai --frames 1-48x4 --spp 4      a quick look at every fourth frame
   anim render show.rhai -D aperture=0.2 -o wide      a parameter of the script, another folder
   anim render show.rhai -o 'out/f.######.png'        six digits
-  anim render scene.p3f --size 1024x768 --depth 16   a still in 16 bits")]
+  anim render scene.p3f --size 1024x768 --depth 16   a still in 16 bits
+  anim render scene.ron -o still.exr --aovs depth,normal   linear values, with layers")]
 pub struct RenderArguments {
     #[command(flatten)]
     input: InputArguments,
@@ -51,9 +52,16 @@ pub struct RenderArguments {
     /// auto, bvh, grid or brute; the pictures do not depend on it
     #[arg(long, value_name = "NAME", value_parser = |s: &str| Accel::parse(s).ok_or_else(|| choices(Accel::NAMES)))]
     accel: Option<Accel>,
-    /// Bits per channel of the picture, 8 or 16
+    /// Bits per channel of the picture: 8 or 16 of a PNG, 32 for floats instead of halves in an EXR
     #[arg(long, value_name = "BITS", value_parser = parse_depth)]
     depth: Option<u32>,
+    /// Layers beside the colours of an EXR file, over the scene's: depth, normal, albedo, position, entity, material,
+    /// variance; `none` for none
+    #[arg(long, value_name = "LIST", value_parser = parse_aovs)]
+    aovs: Option<Aovs>,
+    /// Filter noise out of the finished picture
+    #[arg(long)]
+    denoise: bool,
     /// Print what each frame cost, one JSON object a line
     #[arg(long, value_name = "FORMAT", value_parser = ["json"])]
     stats: Option<String>,
@@ -85,8 +93,26 @@ fn parse_depth(text: &str) -> Result<u32, String> {
     match text {
         "8" => Ok(8),
         "16" => Ok(16),
-        _ => Err("expected 8 or 16".into()),
+        "32" => Ok(32),
+        _ => Err("expected 8, 16 or 32".into()),
     }
+}
+
+/// The list of `--aovs`; a type of its own, since clap takes a `Vec` for an argument that is repeated.
+#[derive(Clone)]
+struct Aovs(Vec<Aov>);
+
+fn parse_aovs(text: &str) -> Result<Aovs, String> {
+    if text.eq_ignore_ascii_case("none") {
+        return Ok(Aovs(Vec::new()));
+    }
+    let one = |word: &str| {
+        Aov::parse(word.trim()).ok_or_else(|| {
+            let near = suggestion(word, Aov::NAMES.iter().copied()).map_or(String::new(), |help| format!("; {help}"));
+            format!("`{word}` is none of {}{near}", Aov::NAMES.join(", ").to_lowercase())
+        })
+    };
+    text.split(',').map(one).collect::<Result<_, _>>().map(Aovs)
 }
 
 pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
@@ -98,6 +124,8 @@ pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
         accel: arguments.accel,
         light_size: arguments.light_size,
         bit_depth: arguments.depth,
+        aovs: arguments.aovs.map(|aovs| aovs.0),
+        denoise: arguments.denoise.then_some(true),
     };
     let InputArguments { input, defines, strict } = &arguments.input;
     let (mut shot, warnings) = shot::open(input, defines, *strict, overrides)?;

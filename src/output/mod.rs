@@ -1,11 +1,13 @@
-//! Pictures on disk: PNG with metadata, names of frames, atomic writes.
+//! Pictures on disk: PNG and EXR with metadata, names of frames, atomic writes.
 //!
 //! What is written depends on the picture and its making alone: no time stamps, no paths, no machine. A file appears
 //! under its final name only when it is whole.
 
+mod exr;
 pub mod names;
 mod png;
 
+pub use exr::{ExrFile, encode_exr, is_exr, read_exr, read_exr_header};
 pub use png::{Notes, encode_png, read_notes, settings_note};
 
 use std::io::Write;

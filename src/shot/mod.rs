@@ -12,14 +12,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
-use crate::components::{Accel, Edit, Integrator, Render, Scene};
+use crate::components::{Accel, Aov, Edit, Integrator, Render, Scene};
 use crate::load;
 use crate::script::Program;
 use crate::systems::{self, Stage};
 pub use shutter::Slice;
 
 /// Settings of the command line; they have the last word in every frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
     pub size: Option<[u32; 2]>,
     pub samples: Option<u32>,
@@ -28,6 +28,8 @@ pub struct Overrides {
     pub accel: Option<Accel>,
     pub light_size: Option<f64>,
     pub bit_depth: Option<u32>,
+    pub aovs: Option<Vec<Aov>>,
+    pub denoise: Option<bool>,
 }
 
 impl Overrides {
@@ -40,6 +42,8 @@ impl Overrides {
             accel: self.accel.unwrap_or(render.accel),
             light_size: self.light_size.unwrap_or(render.light_size),
             bit_depth: self.bit_depth.unwrap_or(render.bit_depth),
+            aovs: self.aovs.clone().unwrap_or(render.aovs),
+            denoise: self.denoise.unwrap_or(render.denoise),
             ..render
         }
     }

@@ -1,6 +1,6 @@
 //! Rendering the frames of a shot and writing them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::Instant;
@@ -9,8 +9,8 @@ use super::Shot;
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::components::Render;
 use crate::film::Film;
-use crate::output::names::Target;
-use crate::output::{Notes, encode_png, settings_note, write_atomic};
+use crate::output::names::{self, Target};
+use crate::output::{Notes, encode_exr, encode_png, settings_note, write_atomic};
 use crate::systems::{self, Exposure, FrameStats};
 
 /// What happens while a shot is rendered.
@@ -59,7 +59,14 @@ pub fn run(
     cancel: &AtomicBool,
     watch: &(dyn Fn(Event) + Sync),
 ) -> Result<Ending, Diagnostics> {
-    shot.check(frames)?;
+    for frame in frames {
+        let file = target.path(*frame);
+        shot.each_slice(*frame, |stage, _| {
+            systems::check(stage)?;
+            suits(&stage.settings(), &file)?;
+            Ok(true)
+        })?;
+    }
     let source = shot.source.clone();
     let failed = AtomicBool::new(false);
     std::thread::scope(|scope| {
@@ -117,7 +124,7 @@ fn write_all(
 ) -> Result<(), Diagnostic> {
     for exposed in frames {
         let file = target.path(exposed.frame);
-        let written = encode_png(&exposed.film, &exposed.render, &notes(&exposed, source))
+        let written = encode(&exposed, source, &file)
             .map_err(|e| Diagnostic::error(format!("cannot encode {}: {e}", file.display())).because(Cause::Io))
             .and_then(|bytes| write_atomic(&file, &bytes));
         if let Err(problem) = written {
@@ -128,6 +135,36 @@ fn write_all(
         watch(Event::Written(Report { frame, file, stats, total_seconds: start.elapsed().as_secs_f64() }));
     }
     Ok(())
+}
+
+/// Sees to it that a file can hold what the settings ask for.
+fn suits(render: &Render, file: &Path) -> Result<(), Diagnostic> {
+    let png = || {
+        let name = file.file_stem().unwrap_or_default().to_string_lossy();
+        format!("write an EXR file, as in -o {name}.exr or -o 'folder/f.####.exr'")
+    };
+    let wrong = |what: String, help: String| Err(Diagnostic::error(what).help(help).because(Cause::Usage));
+    if names::is_exr(file) {
+        return Ok(());
+    }
+    if !render.aovs.is_empty() {
+        let list: Vec<&str> = render.aovs.iter().map(|aov| aov.name()).collect();
+        let what = format!("a PNG file cannot hold the layers of `aovs`: {}", list.join(", "));
+        return wrong(what, png() + ", or leave them out with --aovs none");
+    }
+    if render.bit_depth == 32 {
+        return wrong("a PNG file has 8 or 16 bits per channel, not 32".into(), png());
+    }
+    Ok(())
+}
+
+fn encode(exposed: &Exposed, source: &str, file: &Path) -> Result<Vec<u8>, String> {
+    let Exposed { film, render, .. } = exposed;
+    let notes = notes(exposed, source);
+    if names::is_exr(file) {
+        return encode_exr(film, render, &notes);
+    }
+    encode_png(film, render, &notes).map_err(|e| e.to_string())
 }
 
 /// What a picture says of its making: nothing of the machine, the time, or the way it was found.

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 use hecs::World;
 use rustc_hash::FxHashMap;
 
@@ -197,6 +197,11 @@ impl<'a> Extraction<'a> {
         let corners = order.map(|i| row.point(row.shape.vertices[i]));
         let normals = row.shape.normals.as_ref().map(|n| order.map(|i| row.normal(n[i])));
         self.geometry.push_triangle(row.tag(false), corners, normals);
+        match &row.shape.uvs {
+            Some(uvs) => self.geometry.texture_triangle(order.map(|i| uvs[i].as_vec2())),
+            None if row.mirrored() => self.geometry.texture_triangle([Vec2::ZERO, Vec2::Y, Vec2::X]),
+            None => {}
+        }
     }
 
     fn mesh(&mut self, row: &Row<Mesh>) {
@@ -222,6 +227,9 @@ impl<'a> Extraction<'a> {
             let at = order.map(|i| triangle[i] as usize);
             let shading = (!normals.is_empty()).then(|| at.map(|i| normals[i]));
             self.geometry.push_triangle(row.tag(false), at.map(|i| points[i]), shading);
+            if !data.uvs.is_empty() {
+                self.geometry.texture_triangle(at.map(|i| data.uvs[i]));
+            }
         }
     }
 

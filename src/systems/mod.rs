@@ -19,6 +19,7 @@ mod hierarchy;
 mod lens;
 mod lights;
 mod render;
+mod skins;
 mod spawn;
 mod stage;
 

@@ -26,7 +26,7 @@ pub fn spawn(scene: Scene) -> Result<Stage, Diagnostics> {
         material_names: Default::default(),
         base: scene.base,
         time: 0.0,
-        kept: Kept { stale_hierarchy: true, stale_geometry: true, ..Kept::default() },
+        kept: Kept { pictures: scene.pictures, stale_hierarchy: true, stale_geometry: true, ..Kept::default() },
     };
     for (name, material) in scene.materials {
         add_material(&mut stage, name, material)?;

@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 use crate::base::diagnostics::Diagnostic;
 use crate::components::entity::every_kind;
 use crate::components::*;
-use crate::trace::environment::CubeMap;
+use crate::trace::environment::Environment;
 use crate::trace::{Accelerator, Geometry};
 
 /// Position of an entity in the authored order.
@@ -52,8 +52,10 @@ pub struct Stage {
 pub(super) struct Kept {
     pub geometry: Arc<Geometry>,
     pub accelerator: Option<(AccelKey, Accelerator)>,
-    /// The sky that was read last, by its folder and whether its values were decoded to linear light.
-    pub environment: Option<((Text, bool), CubeMap)>,
+    /// What surrounded the scene last, by its file and whether its values were decoded to linear light.
+    pub environment: Option<((Text, bool), Environment)>,
+    /// Pictures that were read for textures.
+    pub pictures: Pictures,
     /// Placements may be out of date.
     pub stale_hierarchy: bool,
     /// Columns of primitives may be out of date.

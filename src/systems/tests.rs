@@ -132,7 +132,7 @@ fn a_mirrored_mesh_keeps_its_outside() {
     let one_sided = Material { two_sided: false, ..Material::default() };
     let mut scene = Scene { materials: vec![("m".into(), one_sided)], ..scene() };
     let transform = Transform { scale: Scale(DVec3::new(-1.0, 1.0, 1.0)), ..Transform::default() };
-    let triangle = Triangle { vertices: corners, normals: None };
+    let triangle = Triangle { vertices: corners, normals: None, uvs: None };
     scene.entities = vec![Bag::new([transform.into(), triangle.into(), MaterialName("m".into()).into()])];
     scene.camera = Camera { from: DVec3::new(-0.2, 0.2, 5.0), at: DVec3::new(-0.2, 0.2, 0.0), ..Camera::default() };
     let mut stage = spawn(scene).unwrap();

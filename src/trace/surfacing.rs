@@ -35,6 +35,19 @@ impl From<&Material> for Surfacing {
     }
 }
 
+impl Surfacing {
+    /// The material with the values of its maps at one point.
+    pub fn mapped(&self, color: Vec3, specular: Vec3, roughness: f32) -> Self {
+        Surfacing {
+            diffuse: self.diffuse * color,
+            specular: self.specular * specular,
+            mirror_color: self.mirror_color * specular,
+            gloss: self.gloss * roughness,
+            ..*self
+        }
+    }
+}
+
 /// Direction of the mirror ray; `normal` is on either side, both unit.
 pub fn reflect(direction: Vec3, normal: Vec3) -> Vec3 {
     direction - normal * (2.0 * direction.dot(normal))

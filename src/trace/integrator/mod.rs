@@ -10,6 +10,8 @@
 //! switched off when the settings are resolved. [`path`] is path tracing (Kajiya 1986): every hit goes on in one
 //! direction, chosen at random. No contribution is cut off for being small.
 
+mod adaptive;
+mod feature;
 mod path;
 mod recursive;
 mod wave;
@@ -17,13 +19,18 @@ mod wave;
 use glam::Vec3;
 
 use super::camera::CameraRays;
-use super::environment::CubeMap;
+use super::environment::Environment;
 use super::lights::Light;
 use super::sampler::{Domain, Node, Sampler};
 use super::surfacing::Surfacing;
+use super::texture::{Cone, Skins};
 use super::{Accelerator, Geometry, Worker};
+use crate::base::random::combine;
 use crate::components::{Fresnel, Integrator, Render, Shadows};
+use crate::film::{FilterTable, Tally};
+pub use adaptive::Noise;
 pub use wave::Buffers;
+use wave::Lot;
 
 /// Where on a light a shadow ray ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +46,13 @@ pub enum LightSampling {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     pub integrator: Integrator,
+    /// Side of the strata of one round of samples.
     pub strata: u32,
+    pub rounds: u32,
+    /// When a pixel has had rounds enough.
+    pub noise: Option<Noise>,
+    /// Whether the film wants to know what the camera's rays meet first.
+    pub features: bool,
     pub max_depth: u32,
     pub light_sampling: LightSampling,
     pub gloss: bool,
@@ -66,6 +79,9 @@ impl Settings {
         Settings {
             integrator: render.integrator,
             strata,
+            rounds: render.rounds(),
+            noise: render.noise_threshold.map(|threshold| Noise { threshold, exposure: render.exposure }),
+            features: render.gathers_features(),
             max_depth: render.max_depth,
             light_sampling,
             gloss: distribution,
@@ -85,10 +101,13 @@ pub struct View<'a> {
     pub accelerator: &'a Accelerator,
     pub materials: &'a [Surfacing],
     pub lights: &'a [Light],
+    pub skins: &'a Skins,
     pub camera: &'a CameraRays,
     /// Takes the place of the background colour.
-    pub environment: Option<&'a CubeMap>,
+    pub environment: Option<&'a Environment>,
     pub settings: &'a Settings,
+    /// Where in and around a pixel its samples lie.
+    pub filter: &'a FilterTable,
     pub width: u32,
 }
 
@@ -125,42 +144,78 @@ impl Share {
 /// Samples that go through the scene together: enough to keep packets full, few enough for the cache.
 const BATCH: usize = 2048;
 
-/// Sums over a share of the samples of pixels (x, y), counted from the top left: linear colours, each clamped to 0..1.
+/// Adds the samples of pixels (x, y), counted from the top left, to a tally with a place for each.
 ///
-/// Pixels that follow each other in the list should be neighbours.
-pub fn pixels(view: View, places: &[[u32; 2]], share: Share, worker: &mut Worker) -> Vec<Vec3> {
+/// Pixels that follow each other in the list should be neighbours, and all of one tile. Samples come in rounds, each of
+/// them well spread by itself: n x n strata under a key of its own. After each round the pixels that are still noisy go
+/// on; which these are depends on their tile alone.
+///
+/// Of the samples of a round only a share is taken; where that is not the whole, all pixels get all rounds, so that
+/// shares stay equal.
+pub fn expose(view: View, places: &[[u32; 2]], share: Share, tally: &mut Tally, worker: &mut Worker) {
+    let mut active: Vec<u32> = (0..places.len() as u32).collect();
+    for round in 0..view.settings.rounds {
+        if let Some(noise) = view.settings.noise.filter(|_| round > 0 && share == Share::WHOLE) {
+            noise.retain_noisy(places, tally, &mut active);
+        }
+        if active.is_empty() {
+            return;
+        }
+        let picked = Picked { round, share, places, active: &active };
+        sample(view, picked, tally, worker);
+    }
+}
+
+/// Samples that are to be taken.
+struct Picked<'a> {
+    round: u32,
+    share: Share,
+    places: &'a [[u32; 2]],
+    active: &'a [u32],
+}
+
+/// Adds a share of one round of samples to the active pixels.
+fn sample(view: View, picked: Picked, tally: &mut Tally, worker: &mut Worker) {
+    let Picked { round, share, places, active } = picked;
     let strata = view.settings.strata;
-    let mut sums = vec![Vec3::ZERO; places.len()];
+    let seed = if round == 0 { view.settings.seed } else { combine(view.settings.seed, round.into()) };
     let mut buffers = std::mem::take(&mut worker.waves);
-    let of_pixel = |[x, y]: [u32; 2]| Sampler::new(view.settings.seed, y * view.width + x, strata);
-    let mut work = places.iter().enumerate().flat_map(|(place, at)| {
-        let mut sampler = of_pixel(*at);
+    let cone = Cone { width: 0.0, spread: view.camera.spread() / strata as f32 };
+    let mut work = active.iter().flat_map(|pixel| {
+        let [x, y] = places[*pixel as usize];
+        let mut sampler = Sampler::new(seed, y * view.width + x, strata);
         share.samples(&sampler).map(move |sample| {
             sampler.sample = sample;
-            (place, sampler)
+            (*pixel as usize, sampler)
         })
     });
-    let mut batch: Vec<usize> = Vec::with_capacity(BATCH);
+    let mut batch: Vec<(usize, Sampler)> = Vec::with_capacity(BATCH);
     loop {
         batch.clear();
-        buffers.begin();
-        for (place, sampler) in work.by_ref().take(BATCH) {
-            let [x, y] = places[place];
-            let offset = if strata == 1 { [0.5; 2] } else { sampler.in_own_cell(Node::CAMERA, Domain::Pixel) };
-            buffers.start(view.camera.ray(x, y, offset, &sampler), sampler);
-            batch.push(place);
-        }
+        batch.extend(work.by_ref().take(BATCH));
         if batch.is_empty() {
             break;
         }
+        buffers.begin(batch.len(), view.settings.features);
+        for (pixel, sampler) in &batch {
+            let [x, y] = places[*pixel];
+            let square = if strata == 1 { [0.5; 2] } else { sampler.in_own_cell(Node::CAMERA, Domain::Pixel) };
+            let (offset, weight) = view.filter.sample(square);
+            let [dx, dy] = offset.map(|x| x - 0.5);
+            let lot = Lot { weight, off_center: dx * dx + dy * dy };
+            buffers.start(view.camera.ray(x, y, offset, sampler), *sampler, cone, lot);
+        }
         worker.counters.primary_rays += batch.len() as u64;
         wave::trace(view, &mut buffers, worker);
-        for (place, color) in batch.iter().zip(&buffers.colors) {
-            sums[*place] += color.clamp(Vec3::ZERO, Vec3::ONE);
+        for (i, (pixel, _)) in batch.iter().enumerate() {
+            let (pixel, lot) = (*pixel, buffers.lots[i]);
+            tally.add(pixel, buffers.colors[i], lot.weight);
+            if view.settings.features {
+                tally.add_feature(pixel, buffers.features[i].as_ref(), lot.off_center);
+            }
         }
     }
     worker.waves = buffers;
-    sums
 }
 
 #[cfg(test)]

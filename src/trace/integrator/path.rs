@@ -44,6 +44,10 @@ pub fn scatter(view: View, met: &Encounter, next: &mut Wave, counters: &mut Coun
     }
 }
 
+/// How much wider the cones of rays get that a diffuse surface scatters, in radians: far less than they are apart, so
+/// that what they find of a texture stays true to its place.
+const DIFFUSE_SPREAD: f32 = 0.1;
+
 /// Adds a ray by the cosine around the normal: the cosine and the density cancel.
 fn diffuse(met: &Encounter, weight: Vec3, next: &mut Wave) {
     let Encounter { errand, surface, .. } = met;
@@ -58,5 +62,7 @@ fn diffuse(met: &Encounter, weight: Vec3, next: &mut Wave) {
         return;
     }
     let ray = Ray::new(surface.leave(direction), direction);
-    next.push(ray, Errand { sample: errand.sample, node, weight: errand.weight * weight });
+    let weight = errand.weight * weight * surface.terminator(direction);
+    let cone = errand.cone.widened(DIFFUSE_SPREAD);
+    next.push(ray, Errand { sample: errand.sample, node, weight, cone });
 }

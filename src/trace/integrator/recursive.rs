@@ -25,7 +25,9 @@ pub fn mirrored(view: View, met: &Encounter, weight: Vec3, next: &mut Wave) {
     let Encounter { errand, surface, material, .. } = met;
     let node = errand.node.reflected();
     let mut direction = reflect(met.direction, surface.shading_normal);
+    let mut cone = errand.cone;
     if material.gloss > 0.0 && view.settings.gloss {
+        cone = cone.widened(material.gloss);
         let square = met.sampler.stratified(node, Domain::Gloss);
         let radius = libm::cbrtf(met.sampler.extra(node, Domain::Gloss));
         direction = (direction + sphere_point(square) * (material.gloss * radius)).normalize_or(direction);
@@ -36,7 +38,7 @@ pub fn mirrored(view: View, met: &Encounter, weight: Vec3, next: &mut Wave) {
         direction -= surface.geometric_normal * (2.0 * height);
     }
     let ray = Ray::new(surface.leave(direction), direction);
-    next.push(ray, Errand { sample: errand.sample, node, weight: errand.weight * weight });
+    next.push(ray, Errand { sample: errand.sample, node, weight: errand.weight * weight, cone });
 }
 
 /// Adds the ray that goes through the surface in the refracted direction.
@@ -49,7 +51,7 @@ pub fn transmitted(met: &Encounter, mut direction: Vec3, weight: Vec3, next: &mu
     }
     let ray = Ray::new(surface.leave(direction), direction);
     let node = errand.node.refracted();
-    next.push(ray, Errand { sample: errand.sample, node, weight: errand.weight * weight });
+    next.push(ray, Errand { sample: errand.sample, node, weight: errand.weight * weight, cone: errand.cone });
 }
 
 /// How a transparent surface divides light: the refracted direction, and weights of reflection and refraction.

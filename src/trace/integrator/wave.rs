@@ -2,11 +2,13 @@
 
 use glam::Vec3;
 
-use super::{LightSampling, View, path, recursive};
+use super::{LightSampling, View, feature, path, recursive};
 use crate::components::Integrator;
+use crate::film::Feature;
 use crate::trace::lights::Light;
 use crate::trace::sampler::{Domain, Node, Sampler};
 use crate::trace::surfacing::Surfacing;
+use crate::trace::texture::Cone;
 use crate::trace::{Hit, Ray, Surface, Worker};
 
 /// What becomes of the light that a ray finds.
@@ -17,6 +19,8 @@ pub struct Errand {
     pub sample: u32,
     /// Factor of its light in the colour of the sample.
     pub weight: Vec3,
+    /// Of the ray where it starts; in an [`Encounter`] where it ends.
+    pub cone: Cone,
 }
 
 /// Rays on their way, and their errands.
@@ -48,6 +52,14 @@ struct Shadows {
     gains: Vec<(u32, Vec3)>,
 }
 
+/// A sample's part in its pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Lot {
+    pub weight: f32,
+    /// Square of its distance from the pixel's centre.
+    pub off_center: f32,
+}
+
 /// Memory of the waves, kept from batch to batch.
 #[derive(Debug, Default)]
 pub struct Buffers {
@@ -60,21 +72,29 @@ pub struct Buffers {
     samplers: Vec<Sampler>,
     /// Colour of each sample.
     pub colors: Vec<Vec3>,
+    /// Where each sample lies in its pixel.
+    pub lots: Vec<Lot>,
+    /// What the camera ray of each sample met; empty unless the film wants it.
+    pub features: Vec<Option<Feature>>,
 }
 
 impl Buffers {
-    pub fn begin(&mut self) {
+    pub fn begin(&mut self, samples: usize, features: bool) {
         self.wave.clear();
         self.samplers.clear();
+        self.lots.clear();
+        self.features.clear();
+        self.features.resize(if features { samples } else { 0 }, None);
         self.colors.clear();
+        self.colors.resize(samples, Vec3::ZERO);
     }
 
     /// Adds the camera ray of the next sample.
-    pub fn start(&mut self, ray: Ray, sampler: Sampler) {
+    pub fn start(&mut self, ray: Ray, sampler: Sampler, cone: Cone, lot: Lot) {
         let sample = self.samplers.len() as u32;
         self.samplers.push(sampler);
-        self.colors.push(Vec3::ZERO);
-        self.wave.push(ray, Errand { sample, node: Node::CAMERA, weight: Vec3::ONE });
+        self.lots.push(lot);
+        self.wave.push(ray, Errand { sample, node: Node::CAMERA, weight: Vec3::ONE, cone });
     }
 }
 
@@ -118,19 +138,27 @@ fn find(view: View, buffers: &mut Buffers, worker: &mut Worker) {
 }
 
 fn shade(view: View, buffers: &mut Buffers, last: bool, worker: &mut Worker) {
-    let Buffers { wave, next, hits, shadows, samplers, colors, .. } = buffers;
+    let Buffers { wave, next, hits, shadows, samplers, colors, features, .. } = buffers;
     for ((ray, errand), hit) in wave.rays.iter().zip(&wave.errands).zip(hits) {
         let (direction, sample) = (ray.direction, errand.sample as usize);
         let Some(hit) = hit else {
-            let sky = view.environment.map_or(view.settings.background, |sky| sky.lookup(direction));
+            let sky = view.environment.map_or(view.settings.background, |sky| sky.lookup_wide(direction, errand.cone));
             colors[sample] += errand.weight * sky;
             continue;
         };
-        let surface = view.geometry.surface(ray, hit);
-        let material = &view.materials[surface.material as usize];
+        let mut surface = view.geometry.surface(ray, hit);
+        let mut material = &view.materials[surface.material as usize];
+        let errand = Errand { cone: errand.cone.at(hit.t), ..*errand };
+        let dressed = view.skins.dress(view.geometry, (ray, hit), errand.cone, &mut surface, material);
+        if let Some(dressed) = &dressed {
+            material = dressed;
+        }
         let front = direction.dot(surface.geometric_normal) < 0.0;
         let surface = if front { surface } else { surface.flipped() };
-        let met = Encounter { direction, errand: *errand, surface, material, front, sampler: samplers[sample] };
+        let met = Encounter { direction, errand, surface, material, front, sampler: samplers[sample] };
+        if view.settings.features && errand.node == Node::CAMERA {
+            features[sample] = Some(feature::seen(view, &met));
+        }
         if material.diffuse != Vec3::ZERO || material.specular != Vec3::ZERO {
             for (i, light) in view.lights.iter().enumerate() {
                 direct(view, &met, light, Domain::Light(i as u32), &mut shadows[i]);
@@ -189,6 +217,7 @@ fn lit(view: View, met: &Encounter, light: &Light, at: [f32; 2], share: f32, sha
         let base = half.dot(surface.shading_normal).max(0.0);
         color += material.specular * libm::powf(base, material.shininess);
     }
+    color *= surface.terminator(direction);
     let mut strength = if light.inverse_square { share / square } else { share };
     if view.settings.integrator == Integrator::Path && light.inverse_square && !light.is_point() {
         // A path tracer's area light is a Lambertian emitter.
