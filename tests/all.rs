@@ -14,6 +14,8 @@ mod house;
 mod motion;
 #[path = "all/oracles.rs"]
 mod oracles;
+#[path = "all/sequence.rs"]
+mod sequence;
 #[path = "all/textures.rs"]
 mod textures;
 #[path = "all/tool.rs"]

@@ -28,6 +28,10 @@ pub const SCRIPT_FILE_BYTES: u64 = 4 << 20;
 pub const FRAME_SIDE: u32 = 16_384;
 /// Pixels of a frame: its film and its encoded rows must fit in memory beside the scene.
 pub const FRAME_PIXELS: u64 = 1 << 27;
+/// The file of a frame: the pixels above in 16 bits, should they not shrink.
+pub const FRAME_FILE_BYTES: u64 = 4 << 30;
+/// The manifest of a folder of frames: a million lines.
+pub const MANIFEST_BYTES: u64 = 512 << 20;
 /// Samples per pixel: 256 x 256 strata; more would not change a 16-bit pixel.
 pub const SAMPLES: u32 = 65_536;
 /// Points on one light for one shadow estimate.

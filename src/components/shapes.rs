@@ -14,6 +14,7 @@ use super::record::ranges::{at_least, coordinate, direction, position};
 use super::record::{Check, Invalid, record};
 use super::value::{FieldValue, Mismatch, Text, Value};
 use super::{FieldError, Record};
+use crate::base::digest::{Digest, Hasher};
 
 record! {
     /// A sphere.
@@ -188,9 +189,12 @@ pub struct MeshData {
     computed: Computed,
 }
 
-/// Normals computed on first use; they follow from the rest and take no part in comparisons.
+/// What is computed on first use; it follows from the rest and takes no part in comparisons.
 #[derive(Clone, Debug, Default)]
-struct Computed(OnceLock<Vec<Vec3>>);
+struct Computed {
+    normals: OnceLock<Vec<Vec3>>,
+    digest: OnceLock<Digest>,
+}
 
 impl PartialEq for Computed {
     fn eq(&self, _: &Self) -> bool {
@@ -210,7 +214,27 @@ impl MeshData {
 
     /// The normals given, or else computed ones: one per vertex.
     pub fn shading_normals(&self) -> &[Vec3] {
-        if self.normals.is_empty() { self.computed.0.get_or_init(|| self.smooth_normals()) } else { &self.normals }
+        if self.normals.is_empty() {
+            self.computed.normals.get_or_init(|| self.smooth_normals())
+        } else {
+            &self.normals
+        }
+    }
+
+    /// The digest of all that the mesh is made of.
+    pub fn digest(&self) -> Digest {
+        *self.computed.digest.get_or_init(|| {
+            let MeshData { vertices, triangles, normals, uvs, computed: _ } = self;
+            let mut hasher = Hasher::default();
+            for points in [vertices, normals] {
+                hasher.word(points.len() as u64);
+                points.iter().flat_map(|p| p.to_array()).for_each(|x| hasher.bytes(&x.to_bits().to_le_bytes()));
+            }
+            hasher.word(uvs.len() as u64);
+            uvs.iter().flat_map(|uv| uv.to_array()).for_each(|x| hasher.bytes(&x.to_bits().to_le_bytes()));
+            triangles.iter().flatten().for_each(|i| hasher.bytes(&i.to_le_bytes()));
+            hasher.finish()
+        })
     }
 
     /// Area-weighted vertex normals from the triangles around each vertex.

@@ -19,6 +19,17 @@ impl Target {
             Target::Pattern { before, digits, after } => format!("{before}{frame:0digits$}{after}").into(),
         }
     }
+
+    /// The folder that holds all frames of a pattern, at whatever depth; a single file has none.
+    pub fn folder(&self) -> Option<PathBuf> {
+        match self {
+            Target::File(_) => None,
+            Target::Pattern { before, .. } => {
+                let end = before.rfind(std::path::is_separator).map_or(0, |last| last + 1);
+                Some(if end == 0 { ".".into() } else { before[..end].into() })
+            }
+        }
+    }
 }
 
 /// Resolves `-o`: a folder, a pattern with `####`, or a file; without it, the `frames` folder.
@@ -105,5 +116,10 @@ mod tests {
         assert!(name(Some("one.jpg"), true, 1).contains(".png"));
         let Ok(target) = resolve(None, "show", true, 1) else { panic!() };
         assert!(target.path(123_456).ends_with("show.123456.png"));
+        assert_eq!(target.folder(), Some("frames/show/".into()));
+        let folder = |out: &str| resolve(Some(out), "show", true, 1).unwrap().folder();
+        assert_eq!(folder("f.##.png"), Some(".".into()));
+        assert_eq!(folder("a/b##/c.png"), Some("a/".into()));
+        assert_eq!(folder("one.png"), None);
     }
 }

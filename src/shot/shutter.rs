@@ -4,7 +4,7 @@
 //! for the middle of each, and each traces its share of every pixel's samples. So whatever moves is blurred, along
 //! curves too, and shadows, mirror images and the lens with it.
 
-use super::Shot;
+use super::{Input, Shot, guarded};
 use crate::base::diagnostics::Diagnostics;
 use crate::components::{Camera, Edit, Render};
 use crate::systems::{self, Stage, Undo};
@@ -26,23 +26,23 @@ impl Shot {
     /// # Errors
     /// A mistake in the script, with its place and the frame.
     pub fn slices(&self, frame: u32) -> Result<Vec<Slice>, Diagnostics> {
-        let own = self.edits(frame, 0.0)?;
-        let (camera, render) = (last_camera(&own), last_render(&own));
-        let [open, close] = camera.map_or_else(|| self.stage.camera().shutter, |c| c.shutter).to_array();
-        let count = match render {
-            _ if close <= open => 1,
-            Some(render) => render.moments(),
-            None => self.stage.settings().moments(),
-        };
-        let time = |i: u32| open + (close - open) * ((f64::from(i) + 0.5) / f64::from(count));
-        let moving = self.is_sequence();
-        let render = render.cloned();
+        self.input.slices(frame)
+    }
+}
+
+impl Input {
+    /// As [`Shot::slices`].
+    pub(super) fn slices(&self, frame: u32) -> Result<Vec<Slice>, Diagnostics> {
+        let own = self.edits(frame)?;
+        let render = last_render(&own).cloned();
+        let [open, close] = last_camera(&own).unwrap_or(self.rest.camera()).shutter.to_array();
+        let count = if close > open { render.as_ref().unwrap_or(&self.settings).moments() } else { 1 };
         let slice = |i: u32| {
-            let time = time(i);
-            if !moving || time == 0.0 {
+            let time = open + (close - open) * ((f64::from(i) + 0.5) / f64::from(count));
+            if self.program.is_none() || time == 0.0 {
                 return Ok(Slice { time, edits: own.clone() });
             }
-            let mut edits = self.edits(frame, time)?;
+            let mut edits = self.edits_at(frame, time)?;
             edits.retain(|edit| !matches!(edit, Edit::Render(_)));
             edits.extend(render.clone().map(Edit::Render));
             Ok(Slice { time, edits })
@@ -52,24 +52,28 @@ impl Shot {
 
     /// Does something with the World of each slice of a frame, in their order, while it says true; then takes all edits
     /// of the frame back.
-    pub(super) fn each_slice(
-        &mut self,
+    ///
+    /// # Errors
+    /// As [`Self::with_frame`].
+    pub(super) fn with_slices(
+        &self,
+        stage: &mut Stage,
         frame: u32,
+        slices: Vec<Slice>,
         mut work: impl FnMut(&mut Stage, Share) -> Result<bool, Diagnostics>,
     ) -> Result<(), Diagnostics> {
-        let slices = self.slices(frame)?;
         let of = slices.len() as u32;
         let mut applied = Applied::default();
         let mut done = Ok(true);
         for (index, slice) in (0..).zip(slices) {
-            done = applied.show(&mut self.stage, slice).and_then(|()| work(&mut self.stage, Share { index, of }));
+            let share = Share { index, of };
+            done = applied.show(stage, slice).and_then(|()| guarded(stage, |stage| work(stage, share)));
             if !matches!(done, Ok(true)) {
                 break;
             }
         }
-        applied.take_back(&mut self.stage);
-        let named = self.is_sequence();
-        done.map(drop).map_err(|problems| if named { in_frame(frame, problems) } else { problems })
+        applied.take_back(stage);
+        done.map(drop).map_err(|problems| self.in_frame(frame, problems))
     }
 }
 
@@ -132,13 +136,6 @@ fn last_camera(edits: &[Edit]) -> Option<&Camera> {
 
 pub(super) fn last_render(edits: &[Edit]) -> Option<&Render> {
     edits.iter().rev().find_map(|edit| if let Edit::Render(render) = edit { Some(render) } else { None })
-}
-
-pub(super) fn in_frame(frame: u32, mut problems: Diagnostics) -> Diagnostics {
-    for problem in &mut problems.0 {
-        problem.message = format!("in frame {frame}: {}", problem.message);
-    }
-    problems
 }
 
 #[cfg(test)]

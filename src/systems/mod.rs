@@ -25,7 +25,7 @@ mod stage;
 
 pub use animate::{Undo, animate, undo};
 pub use collect::collect;
-pub use render::{Exposure, FrameStats, check, expose, render};
+pub use render::{Exposure, FrameStats, check, expose, forget, render};
 pub use spawn::spawn;
 pub use stage::Stage;
 

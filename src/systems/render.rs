@@ -143,6 +143,11 @@ pub fn expose(
     Ok(true)
 }
 
+/// Forgets what is kept between frames, as after work that fell over halfway.
+pub fn forget(stage: &mut Stage) {
+    stage.kept = Kept { stale_hierarchy: true, stale_geometry: true, ..Kept::default() };
+}
+
 /// Sees to it that the World as it stands can be rendered, without rendering it.
 ///
 /// # Errors
