@@ -36,6 +36,8 @@ pub const MANIFEST_BYTES: u64 = 512 << 20;
 pub const SAMPLES: u32 = 65_536;
 /// Points on one light for one shadow estimate.
 pub const SHADOW_SAMPLES: u32 = 4_096;
+/// Moments of a frame with an open shutter: each is evaluated, placed and built; motion that needs more is a smear.
+pub const SHUTTER_SLICES: u32 = 1_024;
 /// Ray generations: each may branch in two, so the tree is bounded by 2^depth.
 pub const RAY_DEPTH: u32 = 64;
 /// Stops of exposure either way: beyond them everything is black or white.
