@@ -12,7 +12,7 @@ use crate::components::{Integrator, Render, Transfer};
 use crate::film::{Film, FilterTable, Gather, Tally, denoise};
 use crate::load::image;
 use crate::trace::environment::{Environment, Source};
-use crate::trace::integrator::{self, Settings, Share, View};
+use crate::trace::integrator::{self, Photons, Radii, Settings, Share, View};
 use crate::trace::lights::Lights;
 use crate::trace::{Accelerator, Counters, Worker};
 
@@ -36,6 +36,8 @@ pub struct FrameStats {
 pub struct Exposure {
     plate: Option<Plate>,
     stats: FrameStats,
+    /// Of searches for photons, once the first pass has found them.
+    radii: Option<Radii>,
 }
 
 /// What a frame's first share lays down for all of them.
@@ -117,7 +119,7 @@ pub fn expose(
         camera = camera.pinhole();
     }
     let mut environment = surround(stage, &settings)?;
-    if let Some(environment) = environment.as_mut().filter(|_| resolved.integrator == Integrator::Path) {
+    if let Some(environment) = environment.as_mut().filter(|_| resolved.follows_paths()) {
         environment.prepare();
     }
     let skins = skins::skins(stage)?;
@@ -137,12 +139,30 @@ pub fn expose(
         settings: &resolved,
         filter: &filter,
         width: settings.size[0],
+        photons: None,
     };
     let built = Instant::now();
-    let plate = exposure.plate.get_or_insert_with(|| Plate::new(&settings, &filter));
-    let Some(counters) = tiles(view, share, plate, cancel, progress) else { return Ok(false) };
-    let stats = &mut exposure.stats;
-    stats.counters += counters;
+    let Exposure { plate, stats, radii } = exposure;
+    let plate = plate.get_or_insert_with(|| Plate::new(&settings, &filter));
+    let passes = settings.passes(share.of);
+    for pass in 0..passes {
+        let share = Share { index: share.index * passes + pass, of: share.of * passes };
+        let photons = match settings.integrator {
+            Integrator::Photon => {
+                let first = radii.or(settings.photon_radius.map(Radii::new));
+                let Some((photons, counters)) = Photons::new(view, share.index, first, cancel) else {
+                    return Ok(false);
+                };
+                stats.counters += counters;
+                *radii = Some(photons.radii());
+                Some(photons)
+            }
+            Integrator::Whitted | Integrator::Distribution | Integrator::Path => None,
+        };
+        let view = View { photons: photons.as_ref(), ..view };
+        let Some(counters) = tiles(view, share, plate, cancel, progress) else { return Ok(false) };
+        stats.counters += counters;
+    }
     stats.accel = accelerator.name();
     stats.build_seconds += (built - start).as_secs_f64();
     stats.render_seconds += built.elapsed().as_secs_f64();
