@@ -166,15 +166,7 @@ fn direct(view: View, met: &Encounter, law: Option<&Law>, light: &Light, domain:
 }
 
 /// Light from one point of a lamp, and the ray that tells whether anything stands between.
-fn lit(
-    view: View,
-    met: &Encounter,
-    law: Option<&Law>,
-    light: &Light,
-    at: [f32; 2],
-    share: f32,
-    shadows: &mut Shadows,
-) {
+fn lit(view: View, met: &Encounter, law: Option<&Law>, light: &Light, at: [f32; 2], share: f32, shadows: &mut Shadows) {
     let Encounter { errand, surface, .. } = met;
     let target = light.point(at);
     let above = surface.geometric_normal.dot(target - surface.point);

@@ -189,7 +189,8 @@ fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
             errand.weight *= view.materials[errand.medium as usize].left_after(met);
         }
         let Some(hit) = hit else {
-            *color += errand.weight * (sky(view, ray.direction) * found(errand.pdf, view.lights.sky_pdf(ray.direction)));
+            *color +=
+                errand.weight * (sky(view, ray.direction) * found(errand.pdf, view.lights.sky_pdf(ray.direction)));
             continue;
         };
         let surface = view.geometry.surface(ray, hit);

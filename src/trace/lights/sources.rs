@@ -177,7 +177,8 @@ impl Lights {
         let Some(lamp) = self.lamps.get(i) else {
             let emitter = &self.emitters[i - self.lamps.len()];
             let surface = emitter.surface(at);
-            let direction = Frame::new(surface.geometric_normal * emitter.side(rest)).to_world(cosine_hemisphere(toward));
+            let direction =
+                Frame::new(surface.geometric_normal * emitter.side(rest)).to_world(cosine_hemisphere(toward));
             let power = emitter.radiance * (PI * emitter.area() * emitter.sides() / chance);
             return Some(Emission { ray: Ray::new(surface.leave(direction), direction), power });
         };

@@ -55,7 +55,8 @@ fn lights_have_their_analytic_irradiance() {
     }
 
     // The rectangle again, as triangles, and as the under side of a flat box.
-    let corners = [Vec3::new(-1.0, 2.0, -1.0), Vec3::new(1.0, 2.0, -1.0), Vec3::new(1.0, 2.0, 1.0), Vec3::new(-1.0, 2.0, 1.0)];
+    let corners =
+        [Vec3::new(-1.0, 2.0, -1.0), Vec3::new(1.0, 2.0, -1.0), Vec3::new(1.0, 2.0, 1.0), Vec3::new(-1.0, 2.0, 1.0)];
     let mut geometry = Geometry::default();
     geometry.push_triangle(Tag::default(), [corners[0], corners[1], corners[2]], None);
     geometry.push_triangle(Tag::default(), [corners[0], corners[2], corners[3]], None);
@@ -75,11 +76,16 @@ fn rays_that_meet_a_light_know_its_density() {
     let tag = Tag { sides: Sides::Both, ..Tag::default() };
     let mut geometry = Geometry::default();
     geometry.push_sphere(tag, Vec3::new(5.0, 3.0, 0.0), 0.7);
-    geometry.push_triangle(tag, [Vec3::new(-5.0, 2.0, 0.0), Vec3::new(-4.0, 2.0, 0.0), Vec3::new(-4.0, 3.0, 1.0)], None);
+    geometry.push_triangle(
+        tag,
+        [Vec3::new(-5.0, 2.0, 0.0), Vec3::new(-4.0, 2.0, 0.0), Vec3::new(-4.0, 3.0, 1.0)],
+        None,
+    );
     geometry.push_box(tag, Vec3::new(-1.0, 1.0, -6.0), Vec3::new(1.0, 2.0, -5.0));
     geometry.push_mesh(tag, &mesh, false, &DAffine3::IDENTITY);
     for z in [5.0, 8.0] {
-        let map = DAffine3::from_scale_rotation_translation(DVec3::new(1.0, 2.0, -1.0), glam::DQuat::IDENTITY, DVec3::Z * z);
+        let map =
+            DAffine3::from_scale_rotation_translation(DVec3::new(1.0, 2.0, -1.0), glam::DQuat::IDENTITY, DVec3::Z * z);
         geometry.push_instance(tag, &mesh, false, &map);
     }
     geometry.finish();
