@@ -4,13 +4,21 @@
 mod errors;
 #[path = "all/exact.rs"]
 mod exact;
+#[path = "all/film.rs"]
+mod film;
 #[path = "all/golden.rs"]
 mod golden;
 #[path = "all/house.rs"]
 mod house;
 #[path = "all/light.rs"]
 mod light;
+#[path = "all/motion.rs"]
+mod motion;
 #[path = "all/oracles.rs"]
 mod oracles;
+#[path = "all/sequence.rs"]
+mod sequence;
+#[path = "all/textures.rs"]
+mod textures;
 #[path = "all/tool.rs"]
 mod tool;

@@ -11,6 +11,16 @@ pub const MESH_FILE_BYTES: u64 = 2 << 30;
 pub const IMAGE_FILE_BYTES: u64 = 1 << 30;
 /// Width and height of an image that is read: 16 k sky domes.
 pub const IMAGE_SIDE: u32 = 32_768;
+/// Texels of all pictures that the textures of a scene name: sixteen of 4 k x 4 k, about 2 GB with smaller copies.
+pub const TEXTURE_TEXELS: u64 = 1 << 28;
+/// The largest value of a texel: the smaller copies add them up, and shading squares them, inside `f32`.
+pub const TEXEL_VALUE: f32 = 1e9;
+/// Memory of one image while it is decoded: a 16 k x 8 k sky in floats, and a copy.
+pub const IMAGE_BYTES: u64 = 4 << 30;
+/// Colours of one pattern.
+pub const PATTERN_COLORS: usize = 64;
+/// Octaves of noise: the sixteenth is 65 k times finer than the first, beyond what `f32` resolves.
+pub const OCTAVES: u32 = 16;
 /// A script file: a thousand times the longest that a person writes.
 pub const SCRIPT_FILE_BYTES: u64 = 4 << 20;
 
@@ -18,12 +28,22 @@ pub const SCRIPT_FILE_BYTES: u64 = 4 << 20;
 pub const FRAME_SIDE: u32 = 16_384;
 /// Pixels of a frame: its film and its encoded rows must fit in memory beside the scene.
 pub const FRAME_PIXELS: u64 = 1 << 27;
+/// The file of a frame: the pixels above in 16 bits, should they not shrink.
+pub const FRAME_FILE_BYTES: u64 = 4 << 30;
+/// The manifest of a folder of frames: a million lines.
+pub const MANIFEST_BYTES: u64 = 512 << 20;
 /// Samples per pixel: 256 x 256 strata; more would not change a 16-bit pixel.
 pub const SAMPLES: u32 = 65_536;
 /// Points on one light for one shadow estimate.
 pub const SHADOW_SAMPLES: u32 = 4_096;
+/// Moments of a frame with an open shutter: each is evaluated, placed and built; motion that needs more is a smear.
+pub const SHUTTER_SLICES: u32 = 1_024;
 /// Ray generations: each may branch in two, so the tree is bounded by 2^depth.
 pub const RAY_DEPTH: u32 = 64;
+/// Stops of exposure either way: beyond them everything is black or white.
+pub const EXPOSURE: f64 = 64.0;
+/// Width of a reconstruction filter in pixels: wider ones blur, and belong behind the renderer.
+pub const FILTER_WIDTH: f64 = 16.0;
 /// Frames of one sequence: eleven hours at 24 frames a second.
 pub const FRAMES: u32 = 1_000_000;
 /// Worker threads.

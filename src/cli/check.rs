@@ -26,7 +26,7 @@ pub fn run(arguments: CheckArguments) -> Result<Exit, Diagnostics> {
             |(mut shot, warnings)| {
                 say(&warnings);
                 let frames: Vec<u32> = (1..=shot.frames()).collect();
-                shot.check(&frames)?;
+                shot::plan::check(&mut shot, &frames)?;
                 let what = if shot.is_sequence() { format!("{} frames", frames.len()) } else { "one picture".into() };
                 Ok(format!("{}: {what}, {} entities: good\n", input.display(), shot.stage.entity_count()))
             },

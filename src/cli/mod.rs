@@ -7,6 +7,7 @@
 mod check;
 mod frames;
 mod pictures;
+mod plan;
 mod progress;
 mod render;
 mod scenes;
@@ -45,6 +46,8 @@ enum Command {
     Render(render::RenderArguments),
     /// Load and evaluate every frame without rendering
     Check(check::CheckArguments),
+    /// Show what rendering would do: which frames are there, which changed and how, what they cost
+    Plan(plan::PlanArguments),
     /// Write the resolved scene of one frame as RON
     Dump(scenes::DumpArguments),
     /// Write any scene that can be read as RON
@@ -55,7 +58,7 @@ enum Command {
     Info(pictures::InfoArguments),
 }
 
-const COMMANDS: [&str; 7] = ["render", "check", "dump", "convert", "diff", "info", "help"];
+const COMMANDS: [&str; 8] = ["render", "check", "plan", "dump", "convert", "diff", "info", "help"];
 
 /// What an input is and how it is read; shared by the commands that open one.
 #[derive(clap::Args)]
@@ -84,6 +87,7 @@ enum Exit {
     Differences = 1,
     Usage = 2,
     Input = 3,
+    Failed = 4,
     Io = 5,
     Interrupted = 130,
 }
@@ -100,6 +104,7 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
     let outcome = match parsed.command {
         Command::Render(arguments) => render::run(arguments),
         Command::Check(arguments) => check::run(arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
         Command::Dump(arguments) => scenes::dump(arguments),
         Command::Convert(arguments) => scenes::convert(arguments),
         Command::Diff(arguments) => pictures::diff(arguments),

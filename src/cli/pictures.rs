@@ -6,7 +6,7 @@ use super::{Exit, print, usage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::{files, limits};
 use crate::compare::{Picture, difference, difference_picture};
-use crate::output::{read_notes, write_atomic};
+use crate::output::{ExrFile, is_exr, read_exr_header, read_notes, write_atomic};
 
 #[derive(clap::Args)]
 pub struct DiffArguments {
@@ -59,7 +59,7 @@ pub fn diff(arguments: DiffArguments) -> Result<Exit, Diagnostics> {
 fn pictures_in(folder: &Path) -> Result<Vec<String>, Diagnostic> {
     let entries = std::fs::read_dir(folder).map_err(|e| Diagnostic::io(folder.display(), "read", &e))?;
     let mut names: Vec<String> = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
-    names.retain(|name| name.to_lowercase().ends_with(".png"));
+    names.retain(|name| [".png", ".exr"].iter().any(|ending| name.to_lowercase().ends_with(ending)));
     names.sort();
     Ok(names)
 }
@@ -85,8 +85,14 @@ fn pair(a: &Path, b: &Path, tolerance: f64, out: Option<&Path>) -> Result<bool, 
 pub fn info(arguments: InfoArguments) -> Result<Exit, Diagnostics> {
     let path = &arguments.picture;
     let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
-    let (size, notes) =
-        read_notes(&bytes).ok_or_else(|| Diagnostic::error(format!("{}: not a PNG picture", path.display())))?;
+    let no_picture = |why: &str| Diagnostic::error(format!("{}: {why}", path.display()));
+    let (size, notes) = if is_exr(&bytes) {
+        let ExrFile { size, channels, mut notes } = read_exr_header(&bytes).map_err(|e| no_picture(&e))?;
+        notes.push(("Channels".into(), channels.join(" ")));
+        (size, notes)
+    } else {
+        read_notes(&bytes).ok_or_else(|| no_picture("not a PNG or EXR picture"))?
+    };
     print(&format!("Size: {}x{}\n", size[0], size[1]));
     notes.iter().for_each(|(keyword, text)| print(&format!("{keyword}: {text}\n")));
     Ok(Exit::Done)

@@ -71,13 +71,14 @@ impl Progress {
     }
 
     /// Clears the line and sums up.
-    pub fn end(&self, written: usize, place: &str) {
+    pub fn end(&self, written: usize, kept: usize, place: &str) {
         if self.mode == Mode::Auto {
             let _ = write!(std::io::stderr(), "\r\x1b[K");
         }
         if self.mode != Mode::Json && stderr_is_terminal() {
             let (frames, time) = (plural(written), clock(self.start.elapsed().as_secs_f64()));
-            let _ = writeln!(std::io::stderr(), "{frames} in {time}: {place}");
+            let kept = if kept > 0 { format!(", {kept} kept") } else { String::new() };
+            let _ = writeln!(std::io::stderr(), "{frames} in {time}{kept}: {place}");
         }
     }
 

@@ -1,32 +1,31 @@
 //! `anim render`: frames of a script, or one picture of a scene.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use serde_json::json;
 
 use super::progress::{Mode, Progress};
-use super::{Exit, InputArguments, frames, print, say, usage};
-use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use super::{Exit, InputArguments, exit_code, frames, print, say, usage};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, suggestion};
 use crate::base::limits;
-use crate::components::{Accel, Integrator};
-use crate::output::names;
-use crate::shot::run::{self, Ending, Event, Report};
-use crate::shot::{self, Overrides};
+use crate::components::{Accel, Aov, Integrator};
+use crate::output::{State, names};
+use crate::shot::plan::Plan;
+use crate::shot::run::{self, Event, Report, Reused};
+use crate::shot::{self, Overrides, Shot};
 
+/// Which frames, how they look, and where they go: what decides the plan.
 #[derive(clap::Args)]
-#[command(after_help = "Examples:
-  anim render show.rhai --frames 1-48x4 --spp 4      a quick look at every fourth frame
-  anim render show.rhai -D aperture=0.2 -o wide      a parameter of the script, another folder
-  anim render show.rhai -o 'out/f.######.png'        six digits
-  anim render scene.p3f --size 1024x768 --depth 16   a still in 16 bits")]
-pub struct RenderArguments {
+pub struct FrameArguments {
     #[command(flatten)]
     input: InputArguments,
     /// Which frames: numbers, ranges and steps, as in 1-10,20,30-60x5 [default: all]
     #[arg(long, value_name = "LIST")]
     frames: Option<String>,
+    /// The i-th of n parts of these frames, of about the same cost; together the parts are the whole
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    shard: Option<[u32; 2]>,
     /// A folder, a pattern with #### for the number, or a file [default: frames/NAME]
     #[arg(short, long, value_name = "PLACE")]
     out: Option<String>,
@@ -42,18 +41,43 @@ pub struct RenderArguments {
     /// Side of the squares that point lights are widened to, over the scene's; gives soft shadows
     #[arg(long, value_name = "LENGTH")]
     light_size: Option<f64>,
-    /// Worker threads; the pictures do not depend on them [default: one per core]
-    #[arg(long, value_name = "N", value_parser = parse_threads)]
-    threads: Option<usize>,
     /// whitted, distribution or path
     #[arg(long, value_name = "NAME", value_parser = |s: &str| Integrator::parse(s).ok_or_else(|| choices(Integrator::NAMES)))]
     integrator: Option<Integrator>,
     /// auto, bvh, grid or brute; the pictures do not depend on it
     #[arg(long, value_name = "NAME", value_parser = |s: &str| Accel::parse(s).ok_or_else(|| choices(Accel::NAMES)))]
     accel: Option<Accel>,
-    /// Bits per channel of the picture, 8 or 16
+    /// Bits per channel of the picture: 8 or 16 of a PNG, 32 for floats instead of halves in an EXR
     #[arg(long, value_name = "BITS", value_parser = parse_depth)]
     depth: Option<u32>,
+    /// Layers beside the colours of an EXR file, over the scene's: depth, normal, albedo, position, entity, material,
+    /// variance; `none` for none
+    #[arg(long, value_name = "LIST", value_parser = parse_aovs)]
+    aovs: Option<Aovs>,
+    /// Filter noise out of the finished picture
+    #[arg(long)]
+    denoise: bool,
+}
+
+#[derive(clap::Args)]
+#[command(after_help = "Frames that lie finished under their names are kept; what an edit changed is rendered.
+
+Examples:
+  anim render show.rhai --frames 1-48x4 --spp 4      a quick look at every fourth frame
+  anim render show.rhai -D aperture=0.2 -o wide      a parameter of the script, another folder
+  anim render show.rhai -o 'out/f.######.png'        six digits
+  anim render show.rhai --shard 2/3                  the second third, on the second of three machines
+  anim render scene.p3f --size 1024x768 --depth 16   a still in 16 bits
+  anim render scene.ron -o still.exr --aovs depth,normal   linear values, with layers")]
+pub struct RenderArguments {
+    #[command(flatten)]
+    wanted: FrameArguments,
+    /// Render every frame, whatever is there already
+    #[arg(long)]
+    force: bool,
+    /// Worker threads; the pictures do not depend on them [default: one per core]
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    threads: Option<usize>,
     /// Print what each frame cost, one JSON object a line
     #[arg(long, value_name = "FORMAT", value_parser = ["json"])]
     stats: Option<String>,
@@ -76,6 +100,15 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
     Ok(size)
 }
 
+fn parse_shard(text: &str) -> Result<[u32; 2], String> {
+    let parts = text.split_once('/').and_then(|(i, n)| Some([i.parse().ok()?, n.parse().ok()?]));
+    let [i, n]: [u32; 2] = parts.ok_or("expected I/N, as in 2/3")?;
+    if i == 0 || i > n || n > limits::FRAMES {
+        return Err(format!("shards of {n} are numbered from 1 to {n}"));
+    }
+    Ok([i, n])
+}
+
 fn parse_threads(text: &str) -> Result<usize, String> {
     let number = text.parse().ok().filter(|n| (1..=limits::THREADS).contains(n));
     number.ok_or_else(|| format!("expected a number from 1 to {}", limits::THREADS))
@@ -85,11 +118,30 @@ fn parse_depth(text: &str) -> Result<u32, String> {
     match text {
         "8" => Ok(8),
         "16" => Ok(16),
-        _ => Err("expected 8 or 16".into()),
+        "32" => Ok(32),
+        _ => Err("expected 8, 16 or 32".into()),
     }
 }
 
-pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
+/// The list of `--aovs`; a type of its own, since clap takes a `Vec` for an argument that is repeated.
+#[derive(Clone)]
+struct Aovs(Vec<Aov>);
+
+fn parse_aovs(text: &str) -> Result<Aovs, String> {
+    if text.eq_ignore_ascii_case("none") {
+        return Ok(Aovs(Vec::new()));
+    }
+    let one = |word: &str| {
+        Aov::parse(word.trim()).ok_or_else(|| {
+            let near = suggestion(word, Aov::NAMES.iter().copied()).map_or(String::new(), |help| format!("; {help}"));
+            format!("`{word}` is none of {}{near}", Aov::NAMES.join(", ").to_lowercase())
+        })
+    };
+    text.split(',').map(one).collect::<Result<_, _>>().map(Aovs)
+}
+
+/// Opens the input and plans the frames that were asked for, without looking at what is there.
+pub fn plan(arguments: &FrameArguments) -> Result<(Shot, Plan), Diagnostics> {
     let overrides = Overrides {
         size: arguments.size,
         samples: arguments.spp,
@@ -98,6 +150,8 @@ pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
         accel: arguments.accel,
         light_size: arguments.light_size,
         bit_depth: arguments.depth,
+        aovs: arguments.aovs.as_ref().map(|aovs| aovs.0.clone()),
+        denoise: arguments.denoise.then_some(true),
     };
     let InputArguments { input, defines, strict } = &arguments.input;
     let (mut shot, warnings) = shot::open(input, defines, *strict, overrides)?;
@@ -109,37 +163,71 @@ pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
     };
     let target =
         names::resolve(arguments.out.as_deref(), &shot.name, shot.is_sequence(), wanted.len()).map_err(usage)?;
+    let mut plan = shot::plan::make(&mut shot, &wanted, target)?;
+    if let Some([i, n]) = arguments.shard {
+        plan.keep_shard(i, n);
+    }
+    Ok((shot, plan))
+}
+
+pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
+    let RenderArguments { wanted, threads, .. } = &arguments;
+    match threads {
+        None => render(&arguments, plan(wanted)?),
+        Some(threads) => rayon::ThreadPoolBuilder::new()
+            .num_threads(*threads)
+            .build()
+            .map_err(|e| Diagnostics::from(Diagnostic::error(format!("cannot start {threads} threads: {e}"))))?
+            .install(|| render(&arguments, plan(wanted)?)),
+    }
+}
+
+fn render(arguments: &RenderArguments, (mut shot, mut plan): (Shot, Plan)) -> Result<Exit, Diagnostics> {
+    if !arguments.force {
+        plan.look(&shot.source);
+    }
+    say(&shot::plan::summary(&plan));
     let cancel = on_interrupt()?;
-    let progress = Progress::new(arguments.progress, wanted.len());
+    let wanted = plan.frames.len();
+    let kept = plan.frames.iter().filter(|planned| planned.state == State::Done).count();
+    let progress = Progress::new(arguments.progress, wanted - kept - plan.mistakes().count());
     let written = AtomicUsize::new(0);
     let watch = |event: Event| match event {
         Event::Tiles { frame, done, total } => progress.tiles(frame, done, total),
         Event::Written(report) => {
-            written.fetch_add(1, Ordering::Relaxed);
-            progress.written(report.frame, &report.file.to_string_lossy());
+            if report.reused != Reused::Cache {
+                written.fetch_add(1, Ordering::Relaxed);
+                progress.written(report.frame, &report.file.to_string_lossy());
+            }
             if arguments.stats.is_some() {
                 print(&format!("{}\n", stats(&report)));
             }
         }
     };
-    let mut work = || run::run(&mut shot, &wanted, &target, &cancel, &watch);
-    let ending = match arguments.threads {
-        None => work(),
-        Some(threads) => rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .map_err(|e| Diagnostics::from(Diagnostic::error(format!("cannot start {threads} threads: {e}"))))?
-            .install(&mut work),
-    };
-    let last = target.path(wanted.last().copied().unwrap_or(1));
-    let place = if wanted.len() == 1 { last.as_path() } else { last.parent().unwrap_or(Path::new(".")) };
-    progress.end(written.load(Ordering::Relaxed), &place.to_string_lossy());
-    if ending? == Ending::Complete {
-        return Ok(Exit::Done);
+    let ending = run::run(&mut shot, &plan, &cancel, &watch);
+    let written = written.into_inner();
+    let place = if shot.is_sequence() { plan.folder() } else { plan.target.path(1) };
+    progress.end(written, kept, &place.to_string_lossy());
+    let ending = ending?;
+    for (_, problems) in &ending.failed {
+        say(problems);
     }
-    let (written, wanted) = (written.into_inner(), wanted.len());
-    say(&Diagnostic::warning(format!("interrupted: {written} of {wanted} frames are there, and whole")).into());
-    Ok(Exit::Interrupted)
+    if ending.cancelled {
+        let there = written + kept;
+        say(&Diagnostic::warning(format!("interrupted: {there} of {wanted} frames are there, and whole")).into());
+        return Ok(Exit::Interrupted);
+    }
+    Ok(outcome(&plan, &ending.failed, written + kept))
+}
+
+/// Some frames failed, or nothing could be done at all.
+fn outcome(plan: &Plan, failed: &[(u32, Diagnostics)], there: usize) -> Exit {
+    let mistakes = plan.mistakes().count();
+    match (mistakes + failed.len(), there) {
+        (0, _) => Exit::Done,
+        (_, 0) if mistakes == 0 => failed.first().map_or(Exit::Failed, |(_, problems)| exit_code(problems)),
+        _ => Exit::Failed,
+    }
 }
 
 /// A flag that the first interrupt raises; the second ends the program at once.
@@ -161,6 +249,7 @@ fn stats(report: &Report) -> serde_json::Value {
     json!({
         "frame": report.frame,
         "file": report.file.to_string_lossy(),
+        "reused": report.reused.word(),
         "primary_rays": c.primary_rays,
         "primary_hits": c.primary_hits,
         "shadow_rays": c.shadow_rays,

@@ -45,7 +45,7 @@ mod tests {
     fn a_golden_is_never_written_unless_blessed() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        let picture = |x: u16| Picture { width: 1, height: 1, pixels: vec![[x * 257; 3]] };
+        let picture = |x: u8| Picture { width: 1, height: 1, pixels: vec![[f32::from(x) / 255.0; 3]] };
         write_atomic(&at("new.png"), &picture(3).to_png().unwrap()).unwrap();
         let run = |bless| check(&at("new.png"), &at("golden.png"), &at("failures"), bless);
         assert!(run(false).unwrap_err().contains("is missing"));

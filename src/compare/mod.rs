@@ -6,16 +6,17 @@ use std::path::Path;
 
 use crate::base::diagnostics::Diagnostic;
 use crate::base::{files, limits};
+use crate::output::{is_exr, read_exr};
 
-/// A picture as it was written: 16-bit RGB, top row first.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A picture as it was written: RGB, top row first; 0 to 1 as a PNG has it, linear and of any size as an EXR has it.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     pub width: u32,
     pub height: u32,
-    pub pixels: Vec<[u16; 3]>,
+    pub pixels: Vec<[f32; 3]>,
 }
 
-/// Numbers that say how far two pictures of one size are apart; differences are in 0..1.
+/// Numbers that say how far two pictures of one size are apart, in the pictures' own units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Difference {
     /// Pixels that differ at all.
@@ -29,16 +30,19 @@ pub struct Difference {
 }
 
 impl Picture {
-    /// Reads a picture of 8 or 16 bits a channel.
+    /// Reads a picture of 8 or 16 bits a channel, or an EXR file.
     ///
     /// # Errors
     /// A file that is missing, too large or not a picture.
     pub fn read(path: &Path) -> Result<Self, Diagnostic> {
         let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
-        let picture = image::load_from_memory(&bytes)
-            .map_err(|e| Diagnostic::error(format!("cannot read {}: {e}", path.display())))?
-            .to_rgb16();
-        let pixels = picture.pixels().map(|p| p.0).collect();
+        let unreadable = |e: String| Diagnostic::error(format!("cannot read {}: {e}", path.display()));
+        if is_exr(&bytes) {
+            let ([width, height], pixels) = read_exr(&bytes).map_err(unreadable)?;
+            return Ok(Picture { width, height, pixels });
+        }
+        let picture = image::load_from_memory(&bytes).map_err(|e| unreadable(e.to_string()))?.to_rgb16();
+        let pixels = picture.pixels().map(|p| p.0.map(|x| f32::from(x) / 65535.0)).collect();
         Ok(Picture { width: picture.width(), height: picture.height(), pixels })
     }
 
@@ -47,7 +51,7 @@ impl Picture {
     /// # Errors
     /// A picture whose pixels do not fill its size.
     pub fn to_png(&self) -> Result<Vec<u8>, Diagnostic> {
-        let bytes = self.pixels.iter().flatten().map(|x| (x / 257) as u8).collect();
+        let bytes = self.pixels.iter().flatten().map(|x| (x * 255.0 + 0.5) as u8).collect();
         let picture = image::RgbImage::from_raw(self.width, self.height, bytes);
         let mut out = std::io::Cursor::new(Vec::new());
         let written = picture.map(|p| p.write_to(&mut out, image::ImageFormat::Png));
@@ -67,7 +71,9 @@ pub fn difference(a: &Picture, b: &Picture) -> Option<Difference> {
     for (pa, pb) in a.pixels.iter().zip(&b.pixels) {
         found.pixels += usize::from(pa != pb);
         for (x, y) in pa.iter().zip(pb) {
-            let apart = f64::from(x.abs_diff(*y)) / 65535.0;
+            let apart = if x.to_bits() == y.to_bits() { 0.0 } else { (f64::from(*x) - f64::from(*y)).abs() };
+            // An EXR may hold what is no number.
+            let apart = if apart.is_nan() { f64::INFINITY } else { apart };
             found.largest = found.largest.max(apart);
             squares += apart * apart;
         }
@@ -82,7 +88,7 @@ pub fn difference_picture(a: &Picture, b: &Picture) -> Picture {
     let (width, height) = (a.width.max(b.width), a.height.max(b.height));
     let at = |p: &Picture, x: u32, y: u32| match x < p.width && y < p.height {
         true => p.pixels[(y * p.width + x) as usize],
-        false => [0; 3],
+        false => [0.0; 3],
     };
     let mut pixels = Vec::with_capacity(3 * (width * height) as usize);
     for y in 0..height {
@@ -90,7 +96,7 @@ pub fn difference_picture(a: &Picture, b: &Picture) -> Picture {
         pixels.extend((0..width).map(|x| at(b, x, y)));
         pixels.extend((0..width).map(|x| {
             let (pa, pb) = (at(a, x, y), at(b, x, y));
-            std::array::from_fn(|i| pa[i].abs_diff(pb[i]).saturating_mul(8))
+            std::array::from_fn(|i| 8.0 * (pa[i] - pb[i]).abs())
         }));
     }
     Picture { width: 3 * width, height, pixels }
@@ -102,8 +108,8 @@ mod tests {
 
     #[test]
     fn differences_have_their_known_numbers() {
-        let black = Picture { width: 2, height: 1, pixels: vec![[0; 3]; 2] };
-        let dot = Picture { pixels: vec![[0; 3], [65535, 0, 0]], ..black.clone() };
+        let black = Picture { width: 2, height: 1, pixels: vec![[0.0; 3]; 2] };
+        let dot = Picture { pixels: vec![[0.0; 3], [1.0, 0.0, 0.0]], ..black.clone() };
         let found = difference(&black, &dot).unwrap();
         assert_eq!((found.pixels, found.largest), (1, 1.0));
         assert!((found.rmse - (1.0f64 / 6.0).sqrt()).abs() < 1e-12);
@@ -111,7 +117,7 @@ mod tests {
         let tall = Picture { width: 1, height: 2, ..black.clone() };
         assert_eq!(difference(&black, &tall), None);
         let shown = difference_picture(&black, &dot);
-        assert_eq!((shown.width, shown.pixels[5]), (6, [65535, 0, 0]));
+        assert_eq!((shown.width, shown.pixels[5]), (6, [8.0, 0.0, 0.0]));
         assert!(shown.to_png().is_ok());
     }
 }

@@ -265,6 +265,8 @@ pub struct Scene {
     pub entities: Vec<Bag>,
     /// Folder that file names in the scene are relative to.
     pub base: PathBuf,
+    /// Pictures that its textures name, as far as they were read.
+    pub pictures: Pictures,
 }
 
 impl Scene {

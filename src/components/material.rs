@@ -1,11 +1,11 @@
 //! What a surface looks like.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
-use super::record::ranges::{at_least, between, color, position};
+use super::record::ranges::{at_least, between, color};
 use super::record::{Check, Invalid, choice, record};
 use super::value::{FieldValue, Mismatch, Text, Value};
-use super::{FieldError, Record};
+use super::{FieldError, Record, Texture};
 
 choice! {
     /// How a surface scatters light. All but the first give back no more than arrives.
@@ -68,6 +68,16 @@ record! {
         pub emission: DVec3 = DVec3::ZERO,
         /// Whether opaque surfaces show and stop rays on both sides. Transparent ones always do.
         pub two_sided: bool = true,
+        /// Multiplied with `color`.
+        pub color_map: Option<Box<Texture>> = None,
+        /// Multiplied with `specular_color`: of highlights and mirror images.
+        pub specular_map: Option<Box<Texture>> = None,
+        /// Its luminance is multiplied with `roughness` and `gloss`.
+        pub roughness_map: Option<Box<Texture>> = None,
+        /// Its luminance is a height that bends the shading normal (Blinn, SIGGRAPH 1978).
+        pub bump: Option<Box<Texture>> = None,
+        /// An image of normals in tangent space: red along u, green along v (up), blue out; 0..1 stands for -1..1.
+        pub normal_map: Option<Box<Texture>> = None,
     }
 }
 
@@ -75,6 +85,39 @@ impl Material {
     /// Weight of the mirror image.
     pub fn reflection_weight(&self) -> f64 {
         self.reflection.unwrap_or(self.specular)
+    }
+
+    /// Fields that hold textures.
+    pub const MAPS: [&str; 5] = ["color_map", "specular_map", "roughness_map", "bump", "normal_map"];
+
+    /// The textures of [`Self::MAPS`] that are given, each with its field and whether it is of colours.
+    pub fn maps(&self) -> impl Iterator<Item = (&'static str, &Texture, bool)> {
+        let all = [&self.color_map, &self.specular_map, &self.roughness_map, &self.bump, &self.normal_map];
+        let given = Self::MAPS.into_iter().zip(all).enumerate();
+        given.filter_map(|(i, (field, map))| map.as_deref().map(|texture| (field, texture, i < 2)))
+    }
+
+    /// Files that its textures name.
+    pub fn images(&mut self) -> impl Iterator<Item = &mut Text> {
+        let Material { color_map, specular_map, roughness_map, bump, normal_map, .. } = self;
+        let all = [color_map, specular_map, roughness_map, bump, normal_map];
+        all.into_iter().flatten().filter_map(|texture| texture.image.as_mut())
+    }
+
+    /// Sees to it that each texture makes sense where it stands.
+    fn check_maps(&self) -> Result<(), Invalid> {
+        for (field, texture, _) in self.maps() {
+            let message = match texture.check() {
+                Err(invalid) => invalid.message,
+                Ok(()) if field == "normal_map" && texture.image.is_none() => "a `normal_map` is an `image`".into(),
+                Ok(()) if texture.depth.is_some() && !matches!(field, "bump" | "normal_map") => {
+                    "`depth` is for `bump` and `normal_map`".into()
+                }
+                Ok(()) => continue,
+            };
+            return Err(Invalid { field, message });
+        }
+        Ok(())
     }
 
     /// Whether light goes through it.
@@ -137,7 +180,8 @@ impl Check for Material {
         }
         color("absorption", self.absorption)?;
         color("emission", self.emission)?;
-        self.check_model()
+        self.check_model()?;
+        self.check_maps()
     }
 }
 
@@ -186,24 +230,5 @@ impl FieldValue for MaterialName {
     }
     fn from_value(value: &Value) -> Result<Self, Mismatch> {
         Text::from_value(value).map(MaterialName).map_err(|_| Mismatch::new("the name of a material", value))
-    }
-}
-
-record! {
-    /// An image laid over a surface. Loaded and kept; not yet drawn.
-    pub struct Texture {
-        /// Image file, relative to the scene.
-        pub image: Text = "".into(),
-        /// Repeats along u and v.
-        pub scale: DVec2 = DVec2::ONE,
-        /// Shift along u and v, in repeats.
-        pub offset: DVec2 = DVec2::ZERO,
-    }
-}
-
-impl Check for Texture {
-    fn check(&self) -> Result<(), Invalid> {
-        position("scale", self.scale.extend(0.0))?;
-        position("offset", self.offset.extend(0.0))
     }
 }

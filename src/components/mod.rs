@@ -5,21 +5,28 @@
 //! Space, unit and range of every field stand beside it.
 
 pub mod camera;
+pub mod content;
 pub mod entity;
+pub mod film;
 pub mod light;
 pub mod material;
+pub mod picture;
 pub mod record;
 pub mod render;
 pub mod shapes;
+pub mod texture;
 pub mod transform;
 pub mod value;
 
 pub use camera::{Camera, Focus, Lens};
 pub use entity::{Bag, Component, Edit, Kind, Scene};
+pub use film::{Aov, Filter, ToneMap};
 pub use light::{AreaLight, Falloff, PointLight};
-pub use material::{Material, MaterialName, Model, Texture};
+pub use material::{Material, MaterialName, Model};
+pub use picture::{Level, Picture, Pictures, Texels};
 pub use record::{Check, FieldError, Invalid, Record};
 pub use render::{Accel, Fresnel, Integrator, Render, Shadows, Transfer};
 pub use shapes::{AABox, Cone, Cylinder, Mesh, MeshData, Plane, Sphere, Triangle};
+pub use texture::{Axes, Encoding, Pattern, Space, TexelFilter, Texture, Wrap};
 pub use transform::{Motion, Scale, Transform};
 pub use value::{FieldValue, Mismatch, Text, Value};

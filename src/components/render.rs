@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::record::ranges::{at_least, between, color, whole};
+use super::film::{Aov, Filter, ToneMap};
+use super::record::ranges::{above, at_least, between, color, coordinate, whole};
 use super::record::{Check, Invalid, choice, record};
 use super::value::Text;
 use crate::base::limits;
@@ -10,7 +11,7 @@ use crate::base::limits;
 choice! {
     /// Which light paths are followed.
     pub enum Integrator {
-        /// Whitted (CACM 1980): sharp mirrors and refraction, hard shadows, a pinhole camera.
+        /// Whitted (CACM 1980): sharp mirrors and refraction, hard shadows, a pinhole camera, one moment.
         Whitted,
         /// Cook, Porter and Carpenter (SIGGRAPH 1984): soft shadows, gloss and the lens, by sampling.
         Distribution,
@@ -81,7 +82,9 @@ record! {
         pub integrator: Integrator = Integrator::Distribution,
         /// Colour of rays that leave the scene, linear.
         pub background: DVec3 = DVec3::ZERO,
-        /// Folder of a cube map (right, left, top, bottom, front, back), relative to the scene; over `background`.
+        /// What surrounds the scene in place of `background`, relative to the scene: the folder of a cube map (right,
+        /// left, top, bottom, front, back), or a picture of the whole sphere (equirectangular, PNG, JPEG or HDR) with
+        /// its middle at -z, u to the right and v up.
         pub environment: Option<Text> = None,
         /// Longest chain of rays, the camera's included: 1 shows no reflection.
         pub max_depth: u32 = 6,
@@ -99,16 +102,91 @@ record! {
         pub accel: Accel = Accel::Auto,
         /// Cells of the grid per primitive: the density of Woo's resolution rule.
         pub grid_density: f64 = 2.0,
-        /// Bits per channel of the picture file, 8 or 16.
+        /// Bits per channel of the picture file: 8 or 16 of a PNG, 32 for floats instead of halves in an EXR.
         pub bit_depth: u32 = 8,
         pub transfer: Transfer = Transfer::Srgb,
+
+        /// Most that a channel of one sample may be, linear; brighter samples are scaled down to it. Takes out fireflies,
+        /// and with them some of the light: the picture is darker than the truth where paths are rare and bright.
+        pub clamp: Option<f64> = None,
+        /// Exposure in stops: 1 doubles what a picture for the screen shows. EXR files hold the values before it.
+        pub exposure: f64 = 0.0,
+        pub tone_map: ToneMap = ToneMap::Clip,
+        pub filter: Filter = Filter::Box,
+        /// Full width of the filter in pixels, along x and y; the filter's usual one when not given: 1 for `Box`, 2 for
+        /// `Tent`, 3 for `Gaussian` and `BlackmanHarris`, 4 for `Mitchell`.
+        pub filter_width: Option<f64> = None,
+        /// Layers beside the colours, for EXR files only.
+        pub aovs: Vec<Aov> = Vec::new(),
+        /// Standard error at which a pixel has samples enough, on the square root of exposed light, where 1 is the
+        /// screen's range: 0.01 is hardly seen. Pixels then get rounds of `min_samples` until all of their block of
+        /// 4 x 4 are there, or as many of them as `samples` holds are spent. Without it all pixels get `samples`.
+        pub noise_threshold: Option<f64> = None,
+        /// Samples of one round where there is a `noise_threshold`, rounded down to a square.
+        pub min_samples: u32 = 16,
+        /// Whether noise is filtered out of the finished picture, by what its pixels show.
+        pub denoise: bool = false,
+        /// Factor of `environment` or `sky`, 0 and up.
+        pub environment_intensity: f64 = 1.0,
+        /// Degrees about y that `environment` is turned by, counter-clockwise seen from above.
+        pub environment_rotation: f64 = 0.0,
+        /// A sky where there is no `environment`: colours straight up, at the horizon and straight down, linear.
+        pub sky: Option<[DVec3; 3]> = None,
+
+        /// Moments that a frame is made of while the camera's shutter is open, evenly spread over it, each for its share
+        /// of every pixel's samples; never more than samples. One moment is the middle of the shutter. Where there are
+        /// more, no pixel stops early at a `noise_threshold`.
+        pub shutter_slices: u32 = 16,
     }
 }
 
 impl Render {
-    /// Side n of the n x n strata of a pixel.
+    /// Side n of the n x n strata of a pixel, or of one round of its samples.
     pub fn strata(&self) -> u32 {
-        self.samples.isqrt().max(1)
+        let round = if self.noise_threshold.is_some() { self.samples.min(self.min_samples) } else { self.samples };
+        round.isqrt().max(1)
+    }
+
+    /// Most rounds of samples that a pixel gets.
+    pub fn rounds(&self) -> u32 {
+        let strata = self.strata();
+        // One sample lies at the centre of the pixel: more would be the same.
+        if self.noise_threshold.is_some() && strata > 1 { self.samples / (strata * strata) } else { 1 }
+    }
+
+    /// Whether what the camera's rays meet first is to be remembered.
+    pub fn gathers_features(&self) -> bool {
+        self.denoise || self.aovs.iter().any(|aov| *aov != Aov::Variance)
+    }
+
+    /// Whether the spread of samples is to be measured.
+    pub fn gathers_moments(&self) -> bool {
+        self.denoise || self.noise_threshold.is_some() || self.aovs.contains(&Aov::Variance)
+    }
+
+    /// Full width of the reconstruction filter in pixels.
+    pub fn filter_width(&self) -> f64 {
+        self.filter_width.unwrap_or(self.filter.usual_width())
+    }
+
+    fn check_film(&self) -> Result<(), Invalid> {
+        if let Some(clamp) = self.clamp {
+            above("clamp", clamp, 0.0)?;
+        }
+        between("exposure", self.exposure, -limits::EXPOSURE, limits::EXPOSURE)?;
+        between("filter_width", self.filter_width(), 0.01, limits::FILTER_WIDTH)?;
+        if let Some(threshold) = self.noise_threshold {
+            between("noise_threshold", threshold, 1e-6, 1.0)?;
+        }
+        whole("min_samples", self.min_samples.into(), 4, limits::SAMPLES.into())
+    }
+
+    /// Moments of a frame whose shutter is open. A Whitted picture is one moment, as it is one point of the lens.
+    pub fn moments(&self) -> u32 {
+        match self.integrator {
+            Integrator::Whitted => 1,
+            _ => self.shutter_slices.min(self.strata() * self.strata()),
+        }
     }
 }
 
@@ -127,11 +205,15 @@ impl Check for Render {
         whole("max_depth", self.max_depth.into(), 1, limits::RAY_DEPTH.into())?;
         whole("shadow_samples", self.shadow_samples.into(), 1, limits::SHADOW_SAMPLES.into())?;
         at_least("light_size", self.light_size, 0.0)?;
+        whole("shutter_slices", self.shutter_slices.into(), 1, limits::SHUTTER_SLICES.into())?;
         between("grid_density", self.grid_density, 1e-3, 1e3)?;
-        if self.bit_depth != 8 && self.bit_depth != 16 {
-            let message = format!("`bit_depth` must be 8 or 16, not {}", self.bit_depth);
+        if ![8, 16, 32].contains(&self.bit_depth) {
+            let message = format!("`bit_depth` must be 8, 16 or 32, not {}", self.bit_depth);
             return Err(Invalid { field: "bit_depth", message });
         }
-        Ok(())
+        at_least("environment_intensity", self.environment_intensity, 0.0)?;
+        coordinate("environment_rotation", self.environment_rotation)?;
+        self.sky.iter().flatten().try_for_each(|c| color("sky", *c))?;
+        self.check_film()
     }
 }

@@ -5,7 +5,8 @@
 
 use std::sync::{Arc, OnceLock};
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
+use rustc_hash::FxHashMap;
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Serialize};
 
@@ -13,9 +14,13 @@ use super::record::ranges::{at_least, coordinate, direction, position};
 use super::record::{Check, Invalid, record};
 use super::value::{FieldValue, Mismatch, Text, Value};
 use super::{FieldError, Record};
+use crate::base::digest::{Digest, Hasher};
 
 record! {
     /// A sphere.
+    ///
+    /// Texture coordinates, in local space: u is the angle around y as a share of a turn, to the east (from +z towards
+    /// +x), with 0.5 at +z, so that the seam is at -z; v is the angle from -y (0) to +y (1).
     pub struct Sphere {
         /// Centre, local space.
         pub center: DVec3 = DVec3::ZERO,
@@ -43,18 +48,24 @@ record! {
         pub vertices: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y],
         /// Shading normals at the corners, of any length; flat without them.
         pub normals: Option<Box<[DVec3; 3]>> = None,
+        /// Texture coordinates (u, v) at the corners; (0, 0), (1, 0), (0, 1) without them.
+        pub uvs: Option<Box<[DVec2; 3]>> = None,
     }
 }
 
 impl Check for Triangle {
     fn check(&self) -> Result<(), Invalid> {
         self.vertices.iter().try_for_each(|v| position("vertices", *v))?;
-        self.normals.iter().flat_map(|n| n.iter()).try_for_each(|n| position("normals", *n))
+        self.normals.iter().flat_map(|n| n.iter()).try_for_each(|n| position("normals", *n))?;
+        self.uvs.iter().flat_map(|t| t.iter()).try_for_each(|t| position("uvs", t.extend(0.0)))
     }
 }
 
 record! {
     /// An infinite plane.
+    ///
+    /// Texture coordinates: local units from `point`, v upwards (towards local +y) and u to the right of it seen from
+    /// the front; on a floor u runs along +x and v along -z.
     pub struct Plane {
         /// Any point of it, local space.
         pub point: DVec3 = DVec3::ZERO,
@@ -72,6 +83,9 @@ impl Check for Plane {
 
 record! {
     /// A solid box along the local axes.
+    ///
+    /// Texture coordinates run from 0 to 1 over each face: on the sides u to the right seen from outside and v along +y,
+    /// on top u along +x and v along -z, at the bottom u along +x and v along +z.
     pub struct AABox {
         /// Lower corner, local space.
         pub min: DVec3 = DVec3::splat(-0.5),
@@ -94,6 +108,8 @@ impl Check for AABox {
 
 record! {
     /// A cylinder between two points.
+    ///
+    /// Texture coordinates as those of a [`Cone`].
     pub struct Cylinder {
         /// Centre of one end, local space.
         pub base: DVec3 = DVec3::ZERO,
@@ -124,6 +140,10 @@ fn axis(base: DVec3, apex: DVec3) -> Result<(), Invalid> {
 
 record! {
     /// A cone, or the frustum of one, between two points.
+    ///
+    /// Texture coordinates, in local space: u is the angle around the axis as a share of a turn, as on a sphere with its
+    /// north at the apex, v runs from 0 at the base to 1 at the apex. On the caps the unit square stands around the disk,
+    /// u to the right and v up as the cap is seen from outside.
     pub struct Cone {
         /// Centre of the wide end, local space.
         pub base: DVec3 = DVec3::ZERO,
@@ -163,13 +183,18 @@ pub struct MeshData {
     pub triangles: Vec<[u32; 3]>,
     /// One shading normal per vertex, or none at all.
     pub normals: Vec<Vec3>,
+    /// Texture coordinates (u, v), one per vertex, or none at all.
+    pub uvs: Vec<Vec2>,
     #[serde(skip)]
     computed: Computed,
 }
 
-/// Normals computed on first use; they follow from the rest and take no part in comparisons.
+/// What is computed on first use; it follows from the rest and takes no part in comparisons.
 #[derive(Clone, Debug, Default)]
-struct Computed(OnceLock<Vec<Vec3>>);
+struct Computed {
+    normals: OnceLock<Vec<Vec3>>,
+    digest: OnceLock<Digest>,
+}
 
 impl PartialEq for Computed {
     fn eq(&self, _: &Self) -> bool {
@@ -179,12 +204,37 @@ impl PartialEq for Computed {
 
 impl MeshData {
     pub fn new(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, normals: Vec<Vec3>) -> Self {
-        MeshData { vertices, triangles, normals, computed: Computed::default() }
+        MeshData { vertices, triangles, normals, uvs: Vec::new(), computed: Computed::default() }
+    }
+
+    /// The mesh with texture coordinates.
+    pub fn with_uvs(self, uvs: Vec<Vec2>) -> Self {
+        MeshData { uvs, ..self }
     }
 
     /// The normals given, or else computed ones: one per vertex.
     pub fn shading_normals(&self) -> &[Vec3] {
-        if self.normals.is_empty() { self.computed.0.get_or_init(|| self.smooth_normals()) } else { &self.normals }
+        if self.normals.is_empty() {
+            self.computed.normals.get_or_init(|| self.smooth_normals())
+        } else {
+            &self.normals
+        }
+    }
+
+    /// The digest of all that the mesh is made of.
+    pub fn digest(&self) -> Digest {
+        *self.computed.digest.get_or_init(|| {
+            let MeshData { vertices, triangles, normals, uvs, computed: _ } = self;
+            let mut hasher = Hasher::default();
+            for points in [vertices, normals] {
+                hasher.word(points.len() as u64);
+                points.iter().flat_map(|p| p.to_array()).for_each(|x| hasher.bytes(&x.to_bits().to_le_bytes()));
+            }
+            hasher.word(uvs.len() as u64);
+            uvs.iter().flat_map(|uv| uv.to_array()).for_each(|x| hasher.bytes(&x.to_bits().to_le_bytes()));
+            triangles.iter().flatten().for_each(|i| hasher.bytes(&i.to_le_bytes()));
+            hasher.finish()
+        })
     }
 
     /// Area-weighted vertex normals from the triangles around each vertex.
@@ -197,11 +247,29 @@ impl MeshData {
                 sums[corner as usize] += weighted;
             }
         }
+        if !self.uvs.is_empty() {
+            self.join_seams(&mut sums);
+        }
         sums.into_iter().map(|n| n.try_normalize().unwrap_or(Vec3::Y)).collect()
+    }
+
+    /// Vertices that only differ in their texture coordinates get one normal: the seam of a texture is no crease.
+    fn join_seams(&self, sums: &mut [Vec3]) {
+        let place = |v: &Vec3| v.to_array().map(|x| (x + 0.0).to_bits());
+        let mut joined: FxHashMap<[u32; 3], Vec3> = FxHashMap::default();
+        for (v, sum) in self.vertices.iter().zip(sums.iter()) {
+            *joined.entry(place(v)).or_default() += *sum;
+        }
+        for (v, sum) in self.vertices.iter().zip(sums) {
+            *sum = joined[&place(v)];
+        }
     }
 }
 
 /// An indexed triangle mesh, from a file or written out.
+///
+/// Texture coordinates are those of its vertices; a mesh without them is wrapped like a sphere around the middle of its
+/// bounds, in local space.
 ///
 /// In a scene: `mesh: (file: "bunny.obj", smooth: true)` or
 /// `mesh: (vertices: [(0, 0, 0), ...], triangles: [(0, 1, 2), ...])`. The loader fills `data` from `file`.
@@ -215,7 +283,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    pub const FIELDS: &'static [&'static str] = &["file", "smooth", "vertices", "triangles", "normals"];
+    pub const FIELDS: &'static [&'static str] = &["file", "smooth", "vertices", "triangles", "normals", "uvs"];
 
     fn edit(&mut self) -> &mut MeshData {
         let data = Arc::make_mut(&mut self.data);
@@ -242,6 +310,7 @@ impl Record for Mesh {
             "vertices" => Some(self.data.vertices.to_value()),
             "normals" => Some(self.data.normals.to_value()),
             "triangles" => Some(self.data.triangles.to_value()),
+            "uvs" => Some(self.data.uvs.to_value()),
             _ => None,
         }
     }
@@ -256,6 +325,7 @@ impl Record for Mesh {
             "vertices" => self.edit().vertices = Vec::from_value(value).map_err(wrong)?,
             "normals" => self.edit().normals = Vec::from_value(value).map_err(wrong)?,
             "triangles" => self.edit().triangles = Vec::from_value(value).map_err(wrong)?,
+            "uvs" => self.edit().uvs = Vec::from_value(value).map_err(wrong)?,
             _ => return Err(FieldError::Unknown { known: Self::FIELDS }),
         }
         if field != "smooth" {
@@ -279,6 +349,11 @@ impl Check for Mesh {
             let message = format!("{} normals for {count} vertices: one each, or none", data.normals.len());
             return Err(Invalid { field: "normals", message });
         }
+        data.uvs.iter().try_for_each(|t| position("uvs", t.as_dvec2().extend(0.0)))?;
+        if !data.uvs.is_empty() && data.uvs.len() != count {
+            let message = format!("{} texture coordinates for {count} vertices: one each, or none", data.uvs.len());
+            return Err(Invalid { field: "uvs", message });
+        }
         at_least("vertices", count as f64, 0.0)
     }
 }
@@ -293,13 +368,14 @@ struct MeshForm {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     normals: Vec<Vec3>,
+    uvs: Vec<Vec2>,
 }
 
 impl<'de> Deserialize<'de> for Mesh {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let form = MeshForm::deserialize(deserializer)?;
-        let MeshForm { file, smooth, vertices, triangles, normals } = form;
-        Ok(Mesh { file, smooth, data: Arc::new(MeshData::new(vertices, triangles, normals)) })
+        let MeshForm { file, smooth, vertices, triangles, normals, uvs } = form;
+        Ok(Mesh { file, smooth, data: Arc::new(MeshData::new(vertices, triangles, normals).with_uvs(uvs)) })
     }
 }
 
@@ -307,7 +383,8 @@ impl Serialize for Mesh {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let inline = self.file.is_none();
         let normals = inline && !self.data.normals.is_empty();
-        let count = 1 + usize::from(self.smooth) + usize::from(inline) + usize::from(normals);
+        let uvs = inline && !self.data.uvs.is_empty();
+        let count = 1 + [self.smooth, inline, normals, uvs].map(usize::from).iter().sum::<usize>();
         let mut out = serializer.serialize_struct("Mesh", count)?;
         if let Some(file) = &self.file {
             out.serialize_field("file", file)?;
@@ -321,6 +398,9 @@ impl Serialize for Mesh {
         }
         if normals {
             out.serialize_field("normals", &self.data.normals)?;
+        }
+        if uvs {
+            out.serialize_field("uvs", &self.data.uvs)?;
         }
         out.end()
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// Shared text: names are repeated on many entities.
 pub type Text = Arc<str>;
@@ -158,6 +158,15 @@ impl FieldValue for DVec2 {
     }
     fn from_value(value: &Value) -> Result<Self, Mismatch> {
         numbers(value).map(DVec2::from_array).ok_or_else(|| Mismatch::new("two numbers", value))
+    }
+}
+
+impl FieldValue for Vec2 {
+    fn to_value(&self) -> Value {
+        self.as_dvec2().to_value()
+    }
+    fn from_value(value: &Value) -> Result<Self, Mismatch> {
+        DVec2::from_value(value).map(|v| v.as_vec2())
     }
 }
 

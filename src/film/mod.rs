@@ -1,53 +1,59 @@
-//! The film: linear pixels of one frame and their way to numbers of a picture file.
+//! The film: what samples add up to, linear pixels of one frame, and their way to numbers of a picture file.
+//!
+//! Pixels are linear and of any size (scene referred). [`tally`] adds samples up, tile by tile; [`filter`] draws where
+//! in and around a pixel they lie; [`layers`] say what the pixels show; [`denoise`] takes out noise; [`tone`] makes what a
+//! screen can show of the result.
 
-use crate::base::color::{srgb_byte, srgb_encode};
-use crate::components::Transfer;
+mod denoise;
+pub mod filter;
+pub mod layers;
+pub mod tally;
+pub mod tone;
 
-/// Linear RGB pixels, top row first.
+pub use denoise::denoise;
+pub use filter::FilterTable;
+pub use layers::{Feature, Layers};
+pub use tally::{Gather, Tally};
+pub use tone::Look;
+
+/// Linear RGB pixels of any size, top row first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
     pub width: u32,
     pub height: u32,
     pub pixels: Vec<[f32; 3]>,
+    pub layers: Layers,
 }
 
 impl Film {
     pub fn new(width: u32, height: u32) -> Self {
-        Film { width, height, pixels: vec![[0.0; 3]; width as usize * height as usize] }
+        let pixels = vec![[0.0; 3]; width as usize * height as usize];
+        Film { width, height, pixels, layers: Layers::default() }
     }
 
     /// RGB bytes, three per pixel, rounded to nearest.
-    pub fn to_rgb8(&self, transfer: Transfer) -> Vec<u8> {
-        let byte = |x: &f32| match transfer {
-            Transfer::Srgb => srgb_byte(*x),
-            Transfer::Linear => (encode(*x, transfer) * 255.0 + 0.5) as u8,
-        };
-        self.pixels.iter().flatten().map(byte).collect()
+    pub fn to_rgb8(&self, look: Look) -> Vec<u8> {
+        self.pixels.iter().flat_map(|color| look.expose(*color).map(|x| look.byte(x))).collect()
     }
 
     /// RGB in 16 bits, three per pixel, rounded to nearest.
-    pub fn to_rgb16(&self, transfer: Transfer) -> Vec<u16> {
-        self.pixels.iter().flatten().map(|x| (encode(*x, transfer) * 65535.0 + 0.5) as u16).collect()
-    }
-}
-
-fn encode(x: f32, transfer: Transfer) -> f32 {
-    match transfer {
-        Transfer::Srgb => srgb_encode(x),
-        Transfer::Linear if x > 0.0 => x.min(1.0),
-        Transfer::Linear => 0.0,
+    pub fn to_rgb16(&self, look: Look) -> Vec<u16> {
+        self.pixels.iter().flat_map(|color| look.expose(*color).map(|x| look.word(x))).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::components::{Render, Transfer};
 
     #[test]
     fn pixels_are_clamped_rounded_and_never_nan() {
-        let film = Film { width: 2, height: 1, pixels: vec![[-1.0, 0.5, 2.0], [f32::NAN, 1.0 / 255.0, 1.0]] };
-        assert_eq!(film.to_rgb8(Transfer::Linear), [0, 128, 255, 0, 1, 255]);
-        assert_eq!(film.to_rgb8(Transfer::Srgb), [0, 188, 255, 0, 13, 255]);
-        assert_eq!(film.to_rgb16(Transfer::Linear)[1], 32768);
+        let pixels = vec![[-1.0, 0.5, 2.0], [f32::NAN, 1.0 / 255.0, 1.0]];
+        let film = Film { pixels, ..Film::new(2, 1) };
+        let look = |transfer| Look::new(&Render { transfer, ..Render::default() });
+        assert_eq!(film.to_rgb8(look(Transfer::Linear)), [0, 128, 255, 0, 1, 255]);
+        assert_eq!(film.to_rgb8(look(Transfer::Srgb)), [0, 188, 255, 0, 13, 255]);
+        assert_eq!(film.to_rgb16(look(Transfer::Linear))[1], 32768);
     }
 }

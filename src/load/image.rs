@@ -1,12 +1,18 @@
-//! Image files: the six faces of a cube map.
+//! Image files: pictures of textures and of what surrounds a scene.
 
 use std::io::Cursor;
 use std::path::Path;
+use std::sync::Arc;
 
+use image::{DynamicImage, ImageFormat, ImageReader};
+
+use super::resolve::{Problem, component_path, key};
+use super::spans::Step;
 use crate::base::color::srgb_decode;
 use crate::base::diagnostics::Diagnostic;
 use crate::base::{files, limits};
-use crate::trace::environment::{CubeMap, FACES, Face};
+use crate::components::*;
+use crate::trace::environment::{CubeMap, FACES, Face, Source};
 
 /// Reads the faces `right left top bottom front back` (.jpg, .jpeg or .png) of a folder.
 ///
@@ -31,20 +37,154 @@ pub fn read_cube_map(folder: &Path, linear: bool) -> Result<CubeMap, Diagnostic>
 }
 
 fn read_face(path: &Path, linear: bool) -> Result<Face, Diagnostic> {
-    let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
-    let broken = |e: &dyn std::fmt::Display| Diagnostic::error(format!("cannot read {}: {e}", path.display()));
-    let mut reader = image::ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| broken(&e))?;
-    let mut caps = image::Limits::default();
-    caps.max_image_width = Some(limits::IMAGE_SIDE);
-    caps.max_image_height = Some(limits::IMAGE_SIDE);
-    reader.limits(caps);
-    let picture = reader.decode().map_err(|e| broken(&e))?.to_rgb8();
+    let picture = decode(path, limits::TEXTURE_TEXELS / FACES.len() as u64)?.to_rgb8();
     let value = |x: u8| {
         let encoded = f32::from(x) / 255.0;
         if linear { srgb_decode(encoded) } else { encoded }
     };
     let texels = picture.pixels().map(|p| p.0.map(value)).collect();
     Ok(Face { width: picture.width(), height: picture.height(), texels })
+}
+
+/// The pixels of an image file of at most `cap` of them; the size is known before anything is allocated for it.
+fn decode(path: &Path, cap: u64) -> Result<DynamicImage, Diagnostic> {
+    let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
+    let broken = |e: &dyn std::fmt::Display| Diagnostic::error(format!("cannot read {}: {e}", path.display()));
+    let guessed = || ImageReader::new(Cursor::new(&bytes)).with_guessed_format().map_err(|e| broken(&e));
+    let known = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Hdr];
+    let format = guessed()?.format().filter(|format| known.contains(format));
+    let Some(format) = format else {
+        return Err(broken(&"not an image of a known kind").help("known: PNG, JPEG, HDR (Radiance)"));
+    };
+    let (width, height) = guessed()?.into_dimensions().map_err(|e| broken(&e))?;
+    if width == 0 || height == 0 {
+        return Err(broken(&"it has no pixels"));
+    }
+    if width > limits::IMAGE_SIDE || height > limits::IMAGE_SIDE {
+        return Err(broken(&format!("{width} x {height} is over the limit of {} a side", limits::IMAGE_SIDE)));
+    }
+    if u64::from(width) * u64::from(height) > cap {
+        return Err(broken(&format!("{width} x {height} is over the limit of {cap} pixels for all images")));
+    }
+    if format == ImageFormat::Jpeg && !is_whole_jpeg(&bytes) {
+        return Err(broken(&"the file ends too early"));
+    }
+    let mut reader = guessed()?;
+    let mut caps = image::Limits::default();
+    caps.max_alloc = Some(limits::IMAGE_BYTES);
+    reader.limits(caps);
+    reader.decode().map_err(|e| broken(&e))
+}
+
+/// Whether the picture data of a JPEG end with their marker: its decoder fills up with grey what is missing.
+fn is_whole_jpeg(bytes: &[u8]) -> bool {
+    let mut at = 2;
+    while let Some([0xff, marker, high, low]) = bytes.get(at..at + 4) {
+        at += 2 + usize::from(u16::from_be_bytes([*high, *low]));
+        if *marker == 0xda {
+            return bytes.get(at..).is_some_and(|data| data.windows(2).any(|pair| pair == [0xff, 0xd9]));
+        }
+    }
+    false
+}
+
+/// Reads an image for a texture, with its smaller copies. `decoded` says that its bytes stand for the sRGB curve.
+///
+/// # Errors
+/// A file that is missing, broken, larger than `cap` texels, or with values that are no colours.
+pub fn read_picture(path: &Path, decoded: bool, cap: u64) -> Result<Picture, Diagnostic> {
+    let image = decode(path, cap)?;
+    let (width, height) = (image.width(), image.height());
+    let texels = match image {
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
+            Texels::Floats(image.into_rgb32f().pixels().map(|p| p.0).collect())
+        }
+        DynamicImage::ImageLuma16(_)
+        | DynamicImage::ImageLumaA16(_)
+        | DynamicImage::ImageRgb16(_)
+        | DynamicImage::ImageRgba16(_) => {
+            let value = |x: u16| {
+                let encoded = f32::from(x) / 65535.0;
+                if decoded { srgb_decode(encoded) } else { encoded }
+            };
+            Texels::Floats(image.into_rgb16().pixels().map(|p| p.0.map(value)).collect())
+        }
+        _ => {
+            let bytes = image.into_rgb8().pixels().map(|p| p.0).collect();
+            if decoded { Texels::Srgb(bytes) } else { Texels::Bytes(bytes) }
+        }
+    };
+    if let Texels::Floats(floats) = &texels {
+        let good = |x: &f32| (0.0..=limits::TEXEL_VALUE).contains(x);
+        if let Some(i) = floats.iter().position(|texel| !texel.iter().all(good)) {
+            let (x, y, [r, g, b]) = (i as u32 % width, i as u32 / width, floats[i]);
+            let message = format!("{}: pixel ({x}, {y}) is ({r}, {g}, {b}), which is no colour", path.display());
+            let help = format!("values must be from 0 to {:e}", limits::TEXEL_VALUE);
+            return Err(Diagnostic::error(message).help(help));
+        }
+    }
+    Ok(Picture::new(width, height, texels))
+}
+
+/// The picture of a file that a scene names, read unless it was before.
+///
+/// # Errors
+/// As [`read_picture`]; and if all pictures together have too many texels.
+pub fn fetch(pictures: &mut Pictures, base: &Path, file: &Text, decoded: bool) -> Result<Arc<Picture>, Diagnostic> {
+    if let Some(known) = pictures.0.get(&(file.clone(), decoded)) {
+        return Ok(known.clone());
+    }
+    let taken: u64 = pictures.0.values().map(|picture| picture.texels()).sum();
+    let room = limits::TEXTURE_TEXELS.saturating_sub(taken);
+    let picture = Arc::new(read_picture(&base.join(&**file), decoded, room)?);
+    pictures.0.insert((file.clone(), decoded), picture.clone());
+    Ok(picture)
+}
+
+/// Reads what surrounds a scene: the folder of a cube map, or a picture of the whole sphere.
+///
+/// With `decoded` their bytes stand for the sRGB curve; otherwise they are taken as they are.
+///
+/// # Errors
+/// As [`read_cube_map`] and [`fetch`].
+pub fn read_surroundings(
+    pictures: &mut Pictures,
+    base: &Path,
+    name: &Text,
+    decoded: bool,
+) -> Result<Source, Diagnostic> {
+    let path = base.join(&**name);
+    if path.is_dir() {
+        return read_cube_map(&path, decoded).map(|cube| Source::Cube(Arc::new(cube)));
+    }
+    fetch(pictures, base, name, decoded).map(Source::Sphere)
+}
+
+/// Reads the pictures that the textures of a scene name; each file is read once and shared.
+pub fn load_all(scene: &mut Scene) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    let Scene { materials, entities, pictures, base, render, .. } = scene;
+    let mut read = |path: Vec<Step>, texture: &Texture, coloured: bool| {
+        let Some(file) = &texture.image else { return };
+        let decoded = texture.decodes(coloured && render.transfer == Transfer::Srgb);
+        if problems.len() < limits::DIAGNOSTICS
+            && let Err(problem) = fetch(pictures, base, file, decoded)
+        {
+            let path = path.into_iter().chain([key("image")]).collect();
+            problems.push(Problem::new(path, problem.message).help(problem.help));
+        }
+    };
+    for (name, material) in materials.iter() {
+        for (field, texture, coloured) in material.maps() {
+            read(vec![key("materials"), key(name), key(field)], texture, coloured);
+        }
+    }
+    for (index, bag) in entities.iter().enumerate() {
+        if let Some(Component::Texture(texture)) = bag.get(Kind::Texture) {
+            read(component_path(index, Kind::Texture), texture, true);
+        }
+    }
+    problems
 }
 
 #[cfg(test)]

@@ -55,7 +55,15 @@ pub fn check(scene: &Scene) -> Vec<Problem> {
     range(&[key("camera")], "camera", scene.camera.check());
     range(&[key("render")], "render", scene.render.check());
     for (name, material) in &scene.materials {
-        range(&[key("materials"), key(name)], &format!("material `{name}`"), material.check());
+        let (path, owner) = ([key("materials"), key(name)], format!("material `{name}`"));
+        let mut nested = false;
+        for (field, texture, _) in material.maps() {
+            let path = [&path[..], &[key(field)]].concat();
+            let checked = texture.check();
+            nested |= checked.is_err();
+            range(&path, &format!("`{field}` of {owner}"), checked);
+        }
+        range(&path, &owner, if nested { Ok(()) } else { material.check() });
     }
     for (i, bag) in scene.entities.iter().enumerate() {
         for component in bag.components() {

@@ -25,7 +25,9 @@ pub fn to_ron(scene: &Scene, target: Option<&Path>) -> String {
     if !scene.materials.is_empty() {
         out.push_str("    materials: {\n");
         for (name, material) in &scene.materials {
-            let _ = writeln!(out, "        {}: {},", line(name), line(material));
+            let mut material = material.clone();
+            material.images().for_each(|image| *image = rebase(image));
+            let _ = writeln!(out, "        {}: {},", line(name), line(&material));
         }
         out.push_str("    },\n");
     }
@@ -62,7 +64,7 @@ fn rebased<'a>(bag: &'a Bag, rebase: &impl Fn(&Text) -> Text) -> std::borrow::Co
         bag.to_mut().put(moved.into());
     }
     if let Some(Component::Texture(texture)) = bag.get(Kind::Texture) {
-        let moved = Texture { image: rebase(&texture.image), ..texture.clone() };
+        let moved = Texture { image: texture.image.as_ref().map(rebase), ..texture.clone() };
         bag.to_mut().put(moved.into());
     }
     bag

@@ -1,32 +1,82 @@
-//! Pictures on disk: PNG with metadata, names of frames, atomic writes.
+//! Pictures on disk: PNG and EXR with metadata, names of frames, atomic writes, and what is there already.
 //!
 //! What is written depends on the picture and its making alone: no time stamps, no paths, no machine. A file appears
-//! under its final name only when it is whole.
+//! under its final name only when it is whole, and a [`manifest`] beside it knew of it a moment before.
 
+mod chunks;
+mod exr;
+pub mod manifest;
 pub mod names;
 mod png;
+mod state;
 
+pub use exr::{ExrFile, encode_exr, is_exr, read_exr, read_exr_header};
 pub use png::{Notes, encode_png, read_notes, settings_note};
+pub use state::{State, look, making_notes, renamed};
 
+use std::fs::File;
 use std::io::Write;
 use std::path::Path;
+use std::time::Duration;
 
 use crate::base::diagnostics::Diagnostic;
+
+/// Names of files that are not whole yet start so.
+const TEMPORARY: &str = ".anim-tmp-";
 
 /// Writes a file under a temporary name beside it and renames it; folders above it are made.
 ///
 /// # Errors
 /// A diagnostic that names the file and the system's reason; nothing is left behind.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
+    write_after(path, bytes, || Ok(()))
+}
+
+/// As [`write_atomic`]; calls `before` when the bytes are on disk, just before they get their name.
+///
+/// # Errors
+/// As [`write_atomic`], and those of `before`.
+pub fn write_after(
+    path: &Path,
+    bytes: &[u8],
+    before: impl FnOnce() -> Result<(), Diagnostic>,
+) -> Result<(), Diagnostic> {
     let failed = |error: std::io::Error| Diagnostic::io(path.display(), "write", &error);
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = folder_of(path);
     std::fs::create_dir_all(folder).map_err(failed)?;
-    let mut file = tempfile::Builder::new().prefix(".anim-").tempfile_in(folder).map_err(failed)?;
+    let mut file = tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(failed)?;
+    // Held until the file has its name: `sweep` leaves what is locked alone. Where there are no locks, it does without.
+    let _ = file.as_file().try_lock();
     file.write_all(bytes).map_err(failed)?;
     open_to_all(&file).map_err(failed)?;
+    before()?;
     file.persist(path).map_err(|e| failed(e.error))?;
     Ok(())
 }
+
+/// The folder that a file lies in.
+pub fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Removes the temporary files that killed processes left in a folder; those of living ones are locked.
+pub fn sweep(folder: &Path) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for entry in entries.flatten().filter(|e| e.file_name().to_string_lossy().starts_with(TEMPORARY)) {
+        let Ok(file) = File::open(entry.path()) else { continue };
+        // Between its making and its lock a file is empty and a moment old.
+        let settled = file.metadata().is_ok_and(|data| {
+            data.len() > 0 || data.modified().is_ok_and(|at| at.elapsed().is_ok_and(|age| age > EMPTY_FOR))
+        });
+        if settled && file.try_lock().is_ok() {
+            // Somebody else may have been faster.
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// How long a temporary file may stay empty.
+const EMPTY_FOR: Duration = Duration::from_secs(10);
 
 /// Temporary files are private to their owner; a finished one has the usual rights.
 #[cfg(unix)]
@@ -54,5 +104,20 @@ mod tests {
         let below_a_file = path.join("d.bin");
         assert!(write_atomic(&below_a_file, b"x").unwrap_err().to_string().contains("d.bin"));
         assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn only_what_the_dead_left_is_swept_away() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        for name in [".anim-tmp-dead", ".anim-tmp-alive", ".anim-tmp-new", "frame.png"] {
+            std::fs::write(path(name), if name.ends_with("new") { "" } else { "half" }).unwrap();
+        }
+        let alive = File::open(path(".anim-tmp-alive")).unwrap();
+        alive.lock().unwrap();
+        sweep(folder.path());
+        let left = |name: &str| path(name).exists();
+        assert!(!left(".anim-tmp-dead") && left(".anim-tmp-alive") && left(".anim-tmp-new") && left("frame.png"));
+        sweep(&path("nowhere"));
     }
 }

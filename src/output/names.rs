@@ -19,6 +19,17 @@ impl Target {
             Target::Pattern { before, digits, after } => format!("{before}{frame:0digits$}{after}").into(),
         }
     }
+
+    /// The folder that holds all frames of a pattern, at whatever depth; a single file has none.
+    pub fn folder(&self) -> Option<PathBuf> {
+        match self {
+            Target::File(_) => None,
+            Target::Pattern { before, .. } => {
+                let end = before.rfind(std::path::is_separator).map_or(0, |last| last + 1);
+                Some(if end == 0 { ".".into() } else { before[..end].into() })
+            }
+        }
+    }
 }
 
 /// Resolves `-o`: a folder, a pattern with `####`, or a file; without it, the `frames` folder.
@@ -50,24 +61,33 @@ pub fn resolve(out: Option<&str>, name: &str, sequence: bool, frames: usize) -> 
     if let Some((start, digits)) = hashes {
         let (before, after) = (&out[..start], &out[start + digits..]);
         let after = if after.contains('.') { after.to_string() } else { format!("{after}.png") };
-        return png_only(&after).map(|()| Target::Pattern { before: before.to_string(), digits, after: after.clone() });
+        return known(&after).map(|()| Target::Pattern { before: before.to_string(), digits, after: after.clone() });
     }
     if Path::new(out).extension().is_none() || Path::new(out).is_dir() || out.ends_with('/') {
         return Ok(in_folder(out));
     }
-    png_only(out)?;
+    known(out)?;
     if frames > 1 {
-        let stem = &out[..out.len() - ".png".len()];
-        return Err(format!("-o {out}: {frames} frames need a number in their name, as in {stem}.####.png"));
+        let (stem, ending) = out.split_at(out.len() - ".png".len());
+        return Err(format!("-o {out}: {frames} frames need a number in their name, as in {stem}.####{ending}"));
     }
     Ok(Target::File(out.into()))
 }
 
-fn png_only(name: &str) -> Result<(), String> {
-    if name.to_lowercase().ends_with(".png") {
+fn known(name: &str) -> Result<(), String> {
+    if ends_with(name, ".png") || ends_with(name, ".exr") {
         return Ok(());
     }
-    Err(format!("-o: pictures are written as .png, not `{name}`"))
+    Err(format!("-o: pictures are written as .png or .exr, not `{name}`"))
+}
+
+/// Whether a file's name says that it is an OpenEXR file.
+pub fn is_exr(path: &Path) -> bool {
+    ends_with(&path.to_string_lossy(), ".exr")
+}
+
+fn ends_with(name: &str, ending: &str) -> bool {
+    name.to_lowercase().ends_with(ending)
 }
 
 #[cfg(test)]
@@ -90,9 +110,16 @@ mod tests {
         assert_eq!(name(Some("x/f##.png"), true, 9), "x/f07.png");
         assert_eq!(name(Some("x/f-#"), true, 9), "x/f-7.png");
         assert_eq!(name(Some("one.png"), true, 1), "one.png");
+        assert_eq!(name(Some("x/f####.exr"), true, 9), "x/f0007.exr");
+        assert!(name(Some("one.EXR"), true, 2).contains("one.####.EXR"));
         assert!(name(Some("one.png"), true, 2).contains("one.####.png"));
         assert!(name(Some("one.jpg"), true, 1).contains(".png"));
         let Ok(target) = resolve(None, "show", true, 1) else { panic!() };
         assert!(target.path(123_456).ends_with("show.123456.png"));
+        assert_eq!(target.folder(), Some("frames/show/".into()));
+        let folder = |out: &str| resolve(Some(out), "show", true, 1).unwrap().folder();
+        assert_eq!(folder("f.##.png"), Some(".".into()));
+        assert_eq!(folder("a/b##/c.png"), Some("a/".into()));
+        assert_eq!(folder("one.png"), None);
     }
 }

@@ -3,7 +3,7 @@
 use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError, SrgbRenderingIntent};
 
 use crate::components::Render;
-use crate::film::Film;
+use crate::film::{Film, Look};
 
 /// What a picture says of its making: keyword and text, in order.
 pub type Notes = Vec<(String, String)>;
@@ -20,7 +20,31 @@ pub fn settings_note(render: &Render) -> String {
         render.transparent_shadows,
         render.fresnel.name(),
         render.transfer.name(),
-    )
+    ) + film_note(render).as_str()
+}
+
+/// The settings of the film that are not as they usually are.
+fn film_note(render: &Render) -> String {
+    let usual = Render::default();
+    let mut note = String::new();
+    let mut add = |name: &str, value: String, differs: bool| {
+        if differs {
+            note += &format!(" {name}={value}");
+        }
+    };
+    if let Some(clamp) = render.clamp {
+        add("clamp", clamp.to_string(), true);
+    }
+    add("exposure", render.exposure.to_string(), render.exposure != usual.exposure);
+    add("tone_map", render.tone_map.name().into(), render.tone_map != usual.tone_map);
+    add("filter", render.filter.name().into(), render.filter != usual.filter);
+    add("filter_width", render.filter_width().to_string(), render.filter_width() != usual.filter_width());
+    if let Some(threshold) = render.noise_threshold {
+        add("noise_threshold", threshold.to_string(), true);
+        add("min_samples", render.min_samples.to_string(), true);
+    }
+    add("denoise", render.denoise.to_string(), render.denoise);
+    note
 }
 
 /// The bytes of a PNG file.
@@ -38,11 +62,11 @@ pub fn encode_png(film: &Film, render: &Render, notes: &Notes) -> Result<Vec<u8>
     }
     if render.bit_depth == 16 {
         encoder.set_depth(BitDepth::Sixteen);
-        let data: Vec<u8> = film.to_rgb16(render.transfer).into_iter().flat_map(u16::to_be_bytes).collect();
+        let data: Vec<u8> = film.to_rgb16(Look::new(render)).into_iter().flat_map(u16::to_be_bytes).collect();
         encoder.write_header()?.write_image_data(&data)?;
     } else {
         encoder.set_depth(BitDepth::Eight);
-        encoder.write_header()?.write_image_data(&film.to_rgb8(render.transfer))?;
+        encoder.write_header()?.write_image_data(&film.to_rgb8(Look::new(render)))?;
     }
     Ok(bytes)
 }
@@ -64,7 +88,7 @@ mod tests {
 
     #[test]
     fn pixels_and_notes_come_back() {
-        let film = Film { width: 2, height: 1, pixels: vec![[0.0, 0.5, 1.0], [0.25, 2.0, -1.0]] };
+        let film = Film { pixels: vec![[0.0, 0.5, 1.0], [0.25, 2.0, -1.0]], ..Film::new(2, 1) };
         let notes: Notes = vec![("Frame".into(), "7".into()), ("Source".into(), "schön.rhai".into())];
         for (bit_depth, expected) in [(8, [0u32, 128, 255]), (16, [0, 32768, 65535])] {
             let render = Render { bit_depth, transfer: Transfer::Linear, ..Render::default() };

@@ -1,22 +1,33 @@
 //! A shot: one input, its frames as data, and their way to pictures.
 //!
-//! Every frame is evaluated before the first is rendered, so that a mistake in frame 37 is known at once and nothing
-//! is written. A frame starts from the same World: its edits are applied, it is rendered, they are taken back. While
-//! one frame is rendered the one before is encoded and written.
+//! Every frame is evaluated before the first is rendered ([`plan`]), so that a mistake in frame 37 is known at once; the
+//! frames without one are rendered all the same. The evaluation leaves a digest of each frame ([`outline`]): frames that
+//! lie finished under their names are kept, and frames that are the same are rendered once ([`run`]). A frame starts
+//! from the same World: its edits are applied, it is rendered, they are taken back; where the shutter is open, so for
+//! each of its [`Slice`]s of time. While one frame is rendered the one before is encoded and written.
 
+mod assets;
+pub mod outline;
+pub mod plan;
 pub mod run;
+mod shutter;
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
-use crate::components::{Accel, Edit, Integrator, Render, Scene};
+use crate::components::{Accel, Aov, Edit, Integrator, Render, Scene};
 use crate::load;
+use crate::output::names::Target;
 use crate::script::Program;
 use crate::systems::{self, Stage};
+use assets::Assets;
+use outline::{Outline, Rest};
+pub use shutter::Slice;
 
 /// Settings of the command line; they have the last word in every frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
     pub size: Option<[u32; 2]>,
     pub samples: Option<u32>,
@@ -25,6 +36,8 @@ pub struct Overrides {
     pub accel: Option<Accel>,
     pub light_size: Option<f64>,
     pub bit_depth: Option<u32>,
+    pub aovs: Option<Vec<Aov>>,
+    pub denoise: Option<bool>,
 }
 
 impl Overrides {
@@ -37,6 +50,8 @@ impl Overrides {
             accel: self.accel.unwrap_or(render.accel),
             light_size: self.light_size.unwrap_or(render.light_size),
             bit_depth: self.bit_depth.unwrap_or(render.bit_depth),
+            aovs: self.aovs.clone().unwrap_or(render.aovs),
+            denoise: self.denoise.unwrap_or(render.denoise),
             ..render
         }
     }
@@ -49,7 +64,14 @@ pub struct Shot {
     /// File name of the input.
     pub source: String,
     pub stage: Stage,
-    script: Option<(Program, Arc<Scene>)>,
+    input: Input,
+}
+
+/// What frames are made from, whatever World they are made in.
+struct Input {
+    program: Option<(Program, Arc<Scene>)>,
+    rest: Rest,
+    settings: Render,
     overrides: Overrides,
 }
 
@@ -72,8 +94,12 @@ pub fn open(
             return Err(Diagnostic::error(message).because(crate::base::diagnostics::Cause::Usage).into());
         }
         let (scene, warnings) = load::load_scene(input, strict)?;
-        let stage = systems::spawn(scene)?;
-        return Ok((Shot { name, source, stage, script: None, overrides }, warnings));
+        let scene = Arc::new(scene);
+        let rest = Rest::new(scene.clone(), Assets::new(scene.base.clone())).without_entities();
+        let settings = scene.render.clone();
+        let stage = systems::spawn(Arc::unwrap_or_clone(scene))?;
+        let input = Input { program: None, rest, settings, overrides };
+        return Ok((Shot { name, source, stage, input }, warnings));
     }
     let program = Program::open(input, defines)?;
     let (scene, warnings) = match program.scene_path()? {
@@ -92,33 +118,31 @@ pub fn open(
         // What setup removed leaves no gap in the numbers that frames count by.
         stage = systems::spawn(Scene::clone(&rest))?;
     }
-    Ok((Shot { name, source, stage, script: Some((program, rest)), overrides }, warnings))
+    let settings = rest.render.clone();
+    let digests = Rest::new(rest.clone(), Assets::new(rest.base.clone()));
+    let input = Input { program: Some((program, rest)), rest: digests, settings, overrides };
+    Ok((Shot { name, source, stage, input }, warnings))
 }
 
-impl Shot {
-    pub fn is_sequence(&self) -> bool {
-        self.script.is_some()
-    }
-
-    /// Number of frames; 1 for a scene alone.
-    pub fn frames(&self) -> u32 {
-        self.script.as_ref().map_or(1, |(program, _)| program.header().frames)
-    }
-
-    /// The edits of a frame, counted from 1: those of the script, then those of the command line.
+impl Input {
+    /// The edits of a frame, counted from 1, at its own time.
     ///
     /// # Errors
     /// A mistake in the script, with its place and the frame.
-    pub fn edits(&self, frame: u32) -> Result<Vec<Edit>, Diagnostics> {
-        let mut edits = match &self.script {
-            Some((program, rest)) => program.frame(rest, frame)?,
+    fn edits(&self, frame: u32) -> Result<Vec<Edit>, Diagnostics> {
+        self.edits_at(frame, 0.0)
+    }
+
+    /// The edits at `offset` frames from a frame's own time: those of the script, then those of the command line.
+    ///
+    /// # Errors
+    /// As [`Self::edits`].
+    fn edits_at(&self, frame: u32, offset: f64) -> Result<Vec<Edit>, Diagnostics> {
+        let mut edits = match &self.program {
+            Some((program, rest)) => program.frame(rest, frame, offset)?,
             None => Vec::new(),
         };
-        let last = edits.iter().rev().find_map(|edit| match edit {
-            Edit::Render(render) => Some(render.clone()),
-            _ => None,
-        });
-        let render = last.unwrap_or_else(|| self.stage.settings());
+        let render = shutter::last_render(&edits).cloned().unwrap_or_else(|| self.settings.clone());
         let changed = self.overrides.apply(render.clone());
         if changed != render {
             edits.push(Edit::Render(changed));
@@ -126,42 +150,79 @@ impl Shot {
         Ok(edits)
     }
 
-    /// Evaluates and applies every one of these frames without rendering it.
+    /// Makes a frame in a World of this input and does something with it; then the frame's edits are taken back.
     ///
     /// # Errors
-    /// The mistakes of the first frame that has any.
-    pub fn check(&mut self, frames: &[u32]) -> Result<(), Diagnostics> {
-        for frame in frames {
-            self.with_frame(*frame, |stage| systems::check(stage))?;
-        }
-        Ok(())
-    }
-
-    /// The World of one frame as a scene.
-    ///
-    /// # Errors
-    /// As [`Self::check`].
-    pub fn scene_of(&mut self, frame: u32) -> Result<Scene, Diagnostics> {
-        self.with_frame(frame, |stage| Ok(systems::collect(stage)))
-    }
-
-    /// Does something with the World of a frame, then takes the frame's edits back.
+    /// A mistake in the frame; work that fell over, which is a mistake of the program.
     fn with_frame<T>(
-        &mut self,
+        &self,
+        stage: &mut Stage,
         frame: u32,
+        edits: Vec<Edit>,
         work: impl FnOnce(&mut Stage) -> Result<T, Diagnostics>,
     ) -> Result<T, Diagnostics> {
-        let in_frame = |mut problems: Diagnostics, named: bool| {
-            for problem in problems.0.iter_mut().filter(|_| named) {
-                problem.message = format!("in frame {frame}: {}", problem.message);
-            }
-            problems
-        };
-        let named = self.is_sequence();
-        let edits = self.edits(frame)?;
-        let taken_back = systems::animate(&mut self.stage, edits).map_err(|p| in_frame(p, named))?;
-        let done = work(&mut self.stage).map_err(|p| in_frame(p, named));
-        systems::undo(&mut self.stage, taken_back);
-        done
+        let taken_back = systems::animate(stage, edits).map_err(|problems| self.in_frame(frame, problems))?;
+        let done = guarded(stage, work);
+        systems::undo(stage, taken_back);
+        done.map_err(|problems| self.in_frame(frame, problems))
+    }
+
+    fn in_frame(&self, frame: u32, mut problems: Diagnostics) -> Diagnostics {
+        for problem in problems.0.iter_mut().filter(|_| self.program.is_some()) {
+            problem.message = format!("in frame {frame}: {}", problem.message);
+        }
+        problems
+    }
+
+    /// Evaluates and applies all moments of a frame without rendering it; with a target, its file must be able to hold it.
+    ///
+    /// # Errors
+    /// The mistakes of the frame.
+    fn evaluate(&self, stage: &mut Stage, frame: u32, target: Option<&Target>) -> Result<Outline, Diagnostics> {
+        let slices = self.slices(frame)?;
+        let outlines: Vec<Outline> = slices.iter().map(|slice| self.rest.outline(&slice.edits)).collect();
+        self.with_slices(stage, frame, slices, |stage, _| {
+            systems::check(stage)?;
+            target.map_or(Ok(()), |target| run::suits(&stage.settings(), &target.path(frame)))?;
+            Ok(true)
+        })?;
+        Ok(Outline::together(&outlines))
     }
 }
+
+/// Does work on a World. If it falls over it loses its own frame alone: what the World has kept is made anew.
+fn guarded<T>(stage: &mut Stage, work: impl FnOnce(&mut Stage) -> Result<T, Diagnostics>) -> Result<T, Diagnostics> {
+    catch_unwind(AssertUnwindSafe(|| work(stage))).unwrap_or_else(|cause| {
+        systems::forget(stage);
+        Err(fallen(&*cause).into())
+    })
+}
+
+fn fallen(cause: &(dyn std::any::Any + Send)) -> Diagnostic {
+    let text = cause.downcast_ref::<String>().map(String::as_str).or(cause.downcast_ref::<&str>().copied());
+    let text = text.unwrap_or("no reason given");
+    Diagnostic::error(format!("the renderer fell over: {text}")).help("this is a mistake in anim, not in the scene")
+}
+
+impl Shot {
+    pub fn is_sequence(&self) -> bool {
+        self.input.program.is_some()
+    }
+
+    /// Number of frames; 1 for a scene alone.
+    pub fn frames(&self) -> u32 {
+        self.input.program.as_ref().map_or(1, |(program, _)| program.header().frames)
+    }
+
+    /// The World of one frame as a scene, at the frame's own time.
+    ///
+    /// # Errors
+    /// The mistakes of the frame.
+    pub fn scene_of(&mut self, frame: u32) -> Result<Scene, Diagnostics> {
+        let edits = self.input.edits(frame)?;
+        self.input.with_frame(&mut self.stage, frame, edits, |stage| Ok(systems::collect(stage)))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -23,5 +23,6 @@ pub fn collect(stage: &Stage) -> Scene {
         materials: stage.materials.iter().filter_map(material).collect(),
         entities: (0..stage.entities.len()).filter_map(bag).collect(),
         base: stage.base.clone(),
+        pictures: stage.kept.pictures.clone(),
     }
 }

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 use hecs::World;
 use rustc_hash::FxHashMap;
 
@@ -76,7 +76,6 @@ struct Extraction<'a> {
     world: &'a World,
     /// Material number and visible sides by material index; the last entry is the default material's.
     sides: Vec<bool>,
-    shutter_open: f64,
     /// How many live entities use each mesh.
     uses: FxHashMap<*const MeshData, u32>,
     geometry: Geometry,
@@ -123,12 +122,11 @@ impl<'a> Extraction<'a> {
     fn new(stage: &'a Stage) -> Self {
         let of = |e: &hecs::Entity| stage.world.get::<&Material>(*e).map(|m| shows_both_sides(&m)).unwrap_or(true);
         let sides = stage.materials.iter().map(of).chain([true]).collect();
-        let shutter_open = stage.camera().shutter.x;
         let mut uses = FxHashMap::default();
         for mesh in stage.world.query::<&Mesh>().without::<&Absent>().iter() {
             *uses.entry(Arc::as_ptr(&mesh.data)).or_default() += 1;
         }
-        Extraction { stage, world: &stage.world, sides, shutter_open, uses, geometry: Geometry::default() }
+        Extraction { stage, world: &stage.world, sides, uses, geometry: Geometry::default() }
     }
 
     fn run(mut self) -> Result<Geometry, Diagnostics> {
@@ -155,20 +153,17 @@ impl<'a> Extraction<'a> {
     /// Calls `push` for every entity with a `T`, in authored order.
     fn each<T: hecs::Component>(&mut self, push: impl Fn(&mut Self, &Row<T>)) -> Result<(), Diagnostics> {
         let (world, stage) = (self.world, self.stage);
-        type Parts<'q, T> = (&'q Order, &'q T, Option<&'q Placement>, Option<&'q Motion>, Option<&'q MaterialName>);
+        type Parts<'q, T> = (&'q Order, &'q T, Option<&'q Placement>, Option<&'q MaterialName>);
         let mut query = world.query::<Parts<T>>().without::<&Absent>();
         let mut found: Vec<_> = query.iter().collect();
         found.sort_by_key(|parts| *parts.0);
         let default_material = (self.sides.len() - 1) as u32;
         let mut last: (Option<&Text>, u32) = (None, default_material);
-        for (order, shape, placement, motion, worn) in found {
-            let mut map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
+        for (order, shape, placement, worn) in found {
+            let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
             if map.matrix3.determinant() == 0.0 || !map.to_cols_array().iter().all(|x| x.abs() <= FARTHEST) {
                 let message = format!("{} is scaled to nothing or beyond reach", stage.label(order.0 as usize));
                 return Err(Diagnostic::error(message).into());
-            }
-            if let Some(motion) = motion {
-                map.translation += motion.at(self.shutter_open);
             }
             let material = match worn {
                 None => default_material,
@@ -202,6 +197,11 @@ impl<'a> Extraction<'a> {
         let corners = order.map(|i| row.point(row.shape.vertices[i]));
         let normals = row.shape.normals.as_ref().map(|n| order.map(|i| row.normal(n[i])));
         self.geometry.push_triangle(row.tag(false), corners, normals);
+        match &row.shape.uvs {
+            Some(uvs) => self.geometry.texture_triangle(order.map(|i| uvs[i].as_vec2())),
+            None if row.mirrored() => self.geometry.texture_triangle([Vec2::ZERO, Vec2::Y, Vec2::X]),
+            None => {}
+        }
     }
 
     fn mesh(&mut self, row: &Row<Mesh>) {
@@ -227,6 +227,9 @@ impl<'a> Extraction<'a> {
             let at = order.map(|i| triangle[i] as usize);
             let shading = (!normals.is_empty()).then(|| at.map(|i| normals[i]));
             self.geometry.push_triangle(row.tag(false), at.map(|i| points[i]), shading);
+            if !data.uvs.is_empty() {
+                self.geometry.texture_triangle(at.map(|i| data.uvs[i]));
+            }
         }
     }
 

@@ -25,7 +25,8 @@ pub fn spawn(scene: Scene) -> Result<Stage, Diagnostics> {
         names: Default::default(),
         material_names: Default::default(),
         base: scene.base,
-        kept: Kept { stale_hierarchy: true, stale_geometry: true, ..Kept::default() },
+        time: 0.0,
+        kept: Kept { pictures: scene.pictures, stale_hierarchy: true, stale_geometry: true, ..Kept::default() },
     };
     for (name, material) in scene.materials {
         add_material(&mut stage, name, material)?;

@@ -52,6 +52,16 @@ impl CameraRays {
         CameraRays { lens: None, ..self }
     }
 
+    /// Distance of a point along the view axis, from the middle of the lens.
+    pub fn depth(&self, point: Vec3) -> f32 {
+        (point - self.origin).dot(self.forward)
+    }
+
+    /// The angle between neighbouring pixels in the middle of the picture, in radians.
+    pub fn spread(&self) -> f32 {
+        (self.right * self.pixel[0]).length().max((self.up * self.pixel[1]).length())
+    }
+
     /// The ray of one sample through pixel (x, y), counted from the top left, at the given offset in the pixel.
     #[inline(always)]
     pub fn ray(&self, x: u32, y: u32, offset: [f32; 2], sampler: &Sampler) -> Ray {

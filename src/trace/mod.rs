@@ -4,7 +4,7 @@
 //! [`shapes`] the tests of single ones, written over the lanes of [`simd`]; [`accel`] finds the nearest along a ray, and
 //! whatever finds it, on whatever processor, the answer is the same to the bit. [`surface`] says where a hit is and how
 //! exactly that is known. [`integrator`] follows light through waves of [`camera`] rays and what they give rise to, over
-//! [`lights`] and [`surfacing`] (materials) in an [`environment`], fed by the stateless [`sampler`].
+//! [`lights`] and [`surfacing`] (materials) with [`texture`]s in an [`environment`], fed by the stateless [`sampler`].
 
 pub mod accel;
 pub mod bsdf;
@@ -20,6 +20,7 @@ pub mod simd;
 pub mod stats;
 pub mod surface;
 pub mod surfacing;
+pub mod texture;
 
 pub use accel::{Accelerator, Worker};
 pub use geometry::{Geometry, Sides, Tag};

@@ -16,6 +16,8 @@ pub struct Surface {
     pub geometric_normal: Vec3,
     /// Unit, on the same side as the geometric normal.
     pub shading_normal: Vec3,
+    /// Whether a map has bent the shading normal.
+    pub bent: bool,
     pub material: u32,
     pub entity: u32,
 }

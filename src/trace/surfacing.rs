@@ -62,6 +62,18 @@ impl From<&Material> for Surfacing {
 }
 
 impl Surfacing {
+    /// The material with the values of its maps at one point.
+    pub fn mapped(&self, color: Vec3, specular: Vec3, roughness: f32) -> Self {
+        Surfacing {
+            diffuse: self.diffuse * color,
+            specular: self.specular * specular,
+            mirror_color: self.mirror_color * specular,
+            gloss: self.gloss * roughness,
+            alpha: self.alpha * (roughness * roughness),
+            ..*self
+        }
+    }
+
     /// Whether a Blinn-Phong surface follows Lambert's law alone.
     #[inline]
     pub fn is_matt(&self) -> bool {

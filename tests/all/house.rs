@@ -25,6 +25,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("tobj", &["load"]),
     ("ply_rs_bw", &["load"]),
     ("png", &["output"]),
+    ("exr", &["output"]),
     ("clap", &["cli"]),
     ("ctrlc", &["cli"]),
 ];

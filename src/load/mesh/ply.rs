@@ -1,6 +1,6 @@
 //! Stanford PLY, ASCII or binary: elements `vertex` and `face`.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult};
 
@@ -11,12 +11,13 @@ use crate::components::MeshData;
 struct Row {
     position: Vec3,
     normal: Option<Vec3>,
+    uv: Option<Vec2>,
     corners: Vec<i64>,
 }
 
 impl PropertyAccess for Row {
     fn new() -> Self {
-        Row { position: Vec3::ZERO, normal: None, corners: Vec::new() }
+        Row { position: Vec3::ZERO, normal: None, uv: None, corners: Vec::new() }
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
@@ -32,6 +33,8 @@ impl PropertyAccess for Row {
             "nx" => self.normal.get_or_insert_default().x = x,
             "ny" => self.normal.get_or_insert_default().y = x,
             "nz" => self.normal.get_or_insert_default().z = x,
+            "u" | "s" | "texture_u" => self.uv.get_or_insert_default().x = x,
+            "v" | "t" | "texture_v" => self.uv.get_or_insert_default().y = x,
             _ => return PropertyAccessResult::Ignored,
         }
         PropertyAccessResult::Set
@@ -62,6 +65,7 @@ pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
             "vertex" => {
                 data.vertices = rows.iter().map(|row| row.position).collect();
                 data.normals = rows.iter().filter_map(|row| row.normal).collect();
+                data.uvs = rows.iter().filter_map(|row| row.uv).collect();
             }
             "face" => {
                 for row in &rows {

@@ -125,7 +125,7 @@ impl Reader<'_> {
         let normals: Vec<DVec3> = if per_vertex > 3 { (0..count).map(|i| vertex(i, 3)).collect() } else { Vec::new() };
         if count == 3 {
             let shading = (!normals.is_empty()).then(|| Box::new([normals[0], normals[1], normals[2]]));
-            self.add(word, Triangle { vertices: [points[0], points[1], points[2]], normals: shading }, None);
+            self.add(word, Triangle { vertices: [points[0], points[1], points[2]], normals: shading, uvs: None }, None);
         } else {
             let data = MeshData::new(
                 points.iter().map(|v| v.as_vec3()).collect(),

@@ -180,6 +180,13 @@ impl Look<'_> {
                 good.push(field);
                 continue;
             };
+            if Material::MAPS.contains(&name) && !child.value.children.is_empty() {
+                let before = self.found.0.len();
+                self.record::<Texture>(&child.value, &format!("`{name}` of {owner}"));
+                if self.found.0.len() > before {
+                    continue;
+                }
+            }
             let (message, help) = wrong_value(name, owner, source, default.get(name), &error.code);
             self.report((child.value.start, child.value.end), message, help);
         }

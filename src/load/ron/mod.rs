@@ -78,11 +78,19 @@ pub fn parse(text: &str, file: &str, base: &Path) -> Result<(Scene, Diagnostics)
         }
     };
     let SceneFile { camera, render, materials, entities } = read;
-    let mut scene = Scene { camera, render, materials: materials.0, entities, base: base.to_path_buf() };
+    let mut scene = Scene {
+        camera,
+        render,
+        materials: materials.0,
+        entities,
+        base: base.to_path_buf(),
+        pictures: Pictures::default(),
+    };
     let mut problems = resolve::check(&scene);
     if problems.is_empty() {
         problems = mesh::load_all(&mut scene);
-        problems.extend(sky_problem(&scene));
+        problems.extend(image::load_all(&mut scene));
+        problems.extend(sky_problem(&mut scene));
     }
     if problems.is_empty() {
         return Ok((scene, Diagnostics::default()));
@@ -90,10 +98,11 @@ pub fn parse(text: &str, file: &str, base: &Path) -> Result<(Scene, Diagnostics)
     Err(placed(text, file, problems))
 }
 
-/// What is wrong with the cube map that a scene names.
-fn sky_problem(scene: &Scene) -> Option<Problem> {
-    let folder = scene.render.environment.as_ref()?;
-    let problem = image::read_cube_map(&scene.base.join(&**folder), false).err()?;
+/// What is wrong with the environment that a scene names.
+fn sky_problem(scene: &mut Scene) -> Option<Problem> {
+    let name = scene.render.environment.as_ref()?;
+    let decoded = scene.render.transfer == Transfer::Srgb;
+    let problem = image::read_surroundings(&mut scene.pictures, &scene.base, name, decoded).err()?;
     let path = vec![resolve::key("render"), resolve::key("environment")];
     Some(Problem::new(path, problem.message).help(problem.help))
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, Mat3, Vec3};
+use glam::{DAffine3, DMat3, Mat3, Vec2, Vec3};
 
 use super::solid::Map;
 use super::{Bounds, Tag};
@@ -56,6 +56,12 @@ impl Part {
         if self.mirrored { [a, c, b] } else { [a, b, c] }
     }
 
+    /// Texture coordinates of the corners, if the mesh has any.
+    pub fn uvs(&self, triangle: u32) -> Option<[Vec2; 3]> {
+        let [a, b, c] = corner_uvs(&self.mesh, triangle)?;
+        Some(if self.mirrored { [a, c, b] } else { [a, b, c] })
+    }
+
     /// Direction of the shading normal at weights of the second and third corner; any length.
     pub fn shading_normal(&self, triangle: u32, u: f32, v: f32) -> Option<Vec3> {
         let (u, v) = if self.mirrored { (v, u) } else { (u, v) };
@@ -65,6 +71,10 @@ impl Part {
     pub fn bounds(&self) -> Bounds {
         Bounds::around(self.points.as_ref().unwrap_or(&self.mesh.vertices))
     }
+}
+
+fn corner_uvs(mesh: &MeshData, triangle: u32) -> Option<[Vec2; 3]> {
+    (!mesh.uvs.is_empty()).then(|| mesh.triangles[triangle as usize].map(|i| mesh.uvs[i as usize]))
 }
 
 fn mixed_normal(mesh: &MeshData, triangle: u32, u: f32, v: f32) -> Vec3 {
@@ -95,6 +105,11 @@ impl Model {
 
     pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
         self.mesh.triangles[triangle as usize].map(|i| self.mesh.vertices[i as usize])
+    }
+
+    /// As [`Part::uvs`].
+    pub fn uvs(&self, triangle: u32) -> Option<[Vec2; 3]> {
+        corner_uvs(&self.mesh, triangle)
     }
 
     /// As [`Part::shading_normal`], in local space.

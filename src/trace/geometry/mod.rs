@@ -11,13 +11,14 @@
 mod bounds;
 mod meet;
 mod meshes;
+mod parametrise;
 mod points;
 mod solid;
 
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::{DAffine3, Vec3};
+use glam::{DAffine3, Vec2, Vec3};
 
 use super::ray::Ray;
 use super::shapes::Frustum;
@@ -25,7 +26,8 @@ use crate::components::MeshData;
 pub use bounds::Bounds;
 pub use meet::Best;
 pub use meshes::{Instance, Model, Part};
-pub use solid::LocalShape;
+pub use parametrise::{Frame, Parametrisation};
+pub use solid::{LocalShape, Map};
 use solid::{Placed, cone_bounds};
 
 /// Which sides of a primitive are there for rays.
@@ -98,6 +100,8 @@ pub struct Geometry {
     /// Index into `normals` per triangle.
     shading: Vec<u32>,
     normals: Vec<[Vec3; 3]>,
+    /// Texture coordinates of the triangles that have any, by their index, rising.
+    uvs: Vec<(u32, [Vec2; 3])>,
     boxes: Vec<[Vec3; 2]>,
     cones: Vec<Frustum>,
     placed: Vec<Placed>,
@@ -129,6 +133,13 @@ impl Geometry {
         self.shading.push(normals.map_or(FLAT, |_| self.normals.len() as u32));
         self.normals.extend(normals);
         self.tags[Kind::Triangle as usize].push(tag);
+    }
+
+    /// Texture coordinates of the corners of the triangle that was pushed last.
+    pub fn texture_triangle(&mut self, uvs: [Vec2; 3]) {
+        if let Some(last) = self.triangles.len().checked_sub(1) {
+            self.uvs.push((last as u32, uvs));
+        }
     }
 
     /// A box along the world's axes.

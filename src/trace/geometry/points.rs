@@ -63,7 +63,7 @@ impl Geometry {
 #[inline(always)]
 fn flat(tag: Tag, (point, normal, error): (Vec3, Vec3, Vec3)) -> Surface {
     let Tag { material, entity, .. } = tag;
-    Surface { point, error, geometric_normal: normal, shading_normal: normal, material, entity }
+    Surface { point, error, geometric_normal: normal, shading_normal: normal, bent: false, material, entity }
 }
 
 /// `shading` is the interpolated normal, of any length.

@@ -10,6 +10,8 @@
 //! switched off when the settings are resolved. [`path`] is path tracing (Kajiya 1986): every hit goes on in one
 //! direction, chosen at random. No contribution is cut off for being small.
 
+mod adaptive;
+mod feature;
 mod path;
 mod recursive;
 mod wave;
@@ -17,13 +19,18 @@ mod wave;
 use glam::Vec3;
 
 use super::camera::CameraRays;
-use super::environment::CubeMap;
+use super::environment::Environment;
 use super::lights::Lights;
 use super::sampler::{Domain, Node, Sampler};
 use super::surfacing::Surfacing;
+use super::texture::{Cone, Skins};
 use super::{Accelerator, Geometry, Worker};
+use crate::base::random::combine;
 use crate::components::{Fresnel, Integrator, Render, Shadows};
+use crate::film::{FilterTable, Tally};
+pub use adaptive::Noise;
 pub use wave::Buffers;
+use wave::Lot;
 
 /// Where on a light a shadow ray ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +46,13 @@ pub enum LightSampling {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     pub integrator: Integrator,
+    /// Side of the strata of one round of samples.
     pub strata: u32,
+    pub rounds: u32,
+    /// When a pixel has had rounds enough.
+    pub noise: Option<Noise>,
+    /// Whether the film wants to know what the camera's rays meet first.
+    pub features: bool,
     pub max_depth: u32,
     pub light_sampling: LightSampling,
     pub gloss: bool,
@@ -66,6 +79,9 @@ impl Settings {
         Settings {
             integrator: render.integrator,
             strata,
+            rounds: render.rounds(),
+            noise: render.noise_threshold.map(|threshold| Noise { threshold, exposure: render.exposure }),
+            features: render.gathers_features(),
             max_depth: render.max_depth,
             light_sampling,
             gloss: distribution,
@@ -79,11 +95,11 @@ impl Settings {
 }
 
 impl Settings {
-    /// The first sample of a pixel: paths are led by Sobol points, the rest by jittered strata.
-    pub fn sampler(&self, [x, y]: [u32; 2], width: u32) -> Sampler {
+    /// The first sample of a pixel in a round with a seed of its own: paths are led by Sobol points, the rest by jittered strata.
+    pub fn sampler(&self, seed: u64, [x, y]: [u32; 2], width: u32) -> Sampler {
         match self.integrator {
-            Integrator::Path => Sampler::sobol(self.seed, [x, y], self.strata * self.strata),
-            Integrator::Whitted | Integrator::Distribution => Sampler::new(self.seed, y * width + x, self.strata),
+            Integrator::Path => Sampler::sobol(seed, [x, y], self.strata * self.strata),
+            Integrator::Whitted | Integrator::Distribution => Sampler::new(seed, y * width + x, self.strata),
         }
     }
 }
@@ -95,45 +111,145 @@ pub struct View<'a> {
     pub accelerator: &'a Accelerator,
     pub materials: &'a [Surfacing],
     pub lights: &'a Lights,
+    pub skins: &'a Skins,
     pub camera: &'a CameraRays,
     /// Takes the place of the background colour.
-    pub environment: Option<&'a CubeMap>,
+    pub environment: Option<&'a Environment>,
     pub settings: &'a Settings,
+    /// Where in and around a pixel its samples lie.
+    pub filter: &'a FilterTable,
     pub width: u32,
+}
+
+/// One of the equal parts that the samples of every pixel are divided into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Share {
+    pub index: u32,
+    pub of: u32,
+}
+
+impl Share {
+    pub const WHOLE: Share = Share { index: 0, of: 1 };
+
+    /// Samples of a pixel that belong to this part.
+    ///
+    /// Which ones is drawn anew for each pixel, so that parts are strangers to strata of pixel, lens and lights. Where
+    /// the number of samples is no multiple of the parts, chance decides per pixel which parts have one more: no part
+    /// counts for more than another in the mean.
+    fn samples(self, pixel: &Sampler) -> impl Iterator<Item = u32> + use<> {
+        const STEPS: u64 = 1 << 24;
+        let pixel = *pixel;
+        let count = pixel.strata * pixel.strata;
+        let shift = pixel.offset(Domain::Time, STEPS);
+        let bound = move |part: u32| {
+            let at = (u64::from(part) * u64::from(count) * STEPS).div_ceil(u64::from(self.of));
+            (at.saturating_sub(shift).div_ceil(STEPS) as u32).min(count)
+        };
+        let whole = self.of == 1;
+        (bound(self.index)..bound(self.index + 1))
+            .map(move |slot| if whole { slot } else { pixel.shuffled(Domain::Time, slot) })
+    }
 }
 
 /// Samples that go through the scene together: enough to keep packets full, few enough for the cache.
 const BATCH: usize = 2048;
 
-/// Linear colours of pixels (x, y), counted from the top left: means of their samples, each clamped to 0..1.
+/// Adds the samples of pixels (x, y), counted from the top left, to a tally with a place for each.
 ///
-/// Pixels that follow each other in the list should be neighbours.
-pub fn pixels(view: View, places: &[[u32; 2]], worker: &mut Worker) -> Vec<[f32; 3]> {
+/// Pixels that follow each other in the list should be neighbours, and all of one tile. Samples come in rounds, each of
+/// them well spread by itself: n x n strata under a key of its own. After each round the pixels that are still noisy go
+/// on; which these are depends on their tile alone.
+///
+/// Of the samples of a round only a share is taken; where that is not the whole, all pixels get all rounds, so that
+/// shares stay equal.
+pub fn expose(view: View, places: &[[u32; 2]], share: Share, tally: &mut Tally, worker: &mut Worker) {
+    let mut active: Vec<u32> = (0..places.len() as u32).collect();
+    for round in 0..view.settings.rounds {
+        if let Some(noise) = view.settings.noise.filter(|_| round > 0 && share == Share::WHOLE) {
+            noise.retain_noisy(places, tally, &mut active);
+        }
+        if active.is_empty() {
+            return;
+        }
+        let picked = Picked { round, share, places, active: &active };
+        sample(view, picked, tally, worker);
+    }
+}
+
+/// Samples that are to be taken.
+struct Picked<'a> {
+    round: u32,
+    share: Share,
+    places: &'a [[u32; 2]],
+    active: &'a [u32],
+}
+
+/// Adds a share of one round of samples to the active pixels.
+fn sample(view: View, picked: Picked, tally: &mut Tally, worker: &mut Worker) {
+    let Picked { round, share, places, active } = picked;
     let strata = view.settings.strata;
-    let samples = (strata * strata) as usize;
-    let mut sums = vec![Vec3::ZERO; places.len()];
+    let seed = if round == 0 { view.settings.seed } else { combine(view.settings.seed, round.into()) };
     let mut buffers = std::mem::take(&mut worker.waves);
-    let total = places.len() * samples;
-    for first in (0..total).step_by(BATCH) {
-        let batch = first..(first + BATCH).min(total);
-        buffers.begin(batch.len());
-        let of_pixel = |place| view.settings.sampler(place, view.width);
-        let mut sampler = of_pixel(places[first / samples]);
-        for index in batch.clone() {
-            let [x, y] = places[index / samples];
-            if index % samples == 0 {
-                sampler = of_pixel([x, y]);
-            }
-            sampler.sample = (index % samples) as u32;
-            let offset = if strata == 1 { [0.5; 2] } else { sampler.in_own_cell(Node::CAMERA, Domain::Pixel) };
-            buffers.start(view.camera.ray(x, y, offset, &sampler), sampler);
+    let cone = Cone { width: 0.0, spread: view.camera.spread() / strata as f32 };
+    let mut work = active.iter().flat_map(|pixel| {
+        let mut sampler = view.settings.sampler(seed, places[*pixel as usize], view.width);
+        share.samples(&sampler).map(move |sample| {
+            sampler.sample = sample;
+            (*pixel as usize, sampler)
+        })
+    });
+    let mut batch: Vec<(usize, Sampler)> = Vec::with_capacity(BATCH);
+    loop {
+        batch.clear();
+        batch.extend(work.by_ref().take(BATCH));
+        if batch.is_empty() {
+            break;
+        }
+        buffers.begin(batch.len(), view.settings.features);
+        for (pixel, sampler) in &batch {
+            let [x, y] = places[*pixel];
+            let square = if strata == 1 { [0.5; 2] } else { sampler.in_own_cell(Node::CAMERA, Domain::Pixel) };
+            let (offset, weight) = view.filter.sample(square);
+            let [dx, dy] = offset.map(|x| x - 0.5);
+            let lot = Lot { weight, off_center: dx * dx + dy * dy };
+            buffers.start(view.camera.ray(x, y, offset, sampler), *sampler, cone, lot);
         }
         worker.counters.primary_rays += batch.len() as u64;
         wave::trace(view, &mut buffers, worker);
-        for (index, color) in batch.zip(&buffers.colors) {
-            sums[index / samples] += color.clamp(Vec3::ZERO, Vec3::ONE);
+        for (i, (pixel, _)) in batch.iter().enumerate() {
+            let (pixel, lot) = (*pixel, buffers.lots[i]);
+            tally.add(pixel, buffers.colors[i], lot.weight);
+            if view.settings.features {
+                tally.add_feature(pixel, buffers.features[i].as_ref(), lot.off_center);
+            }
         }
     }
     worker.waves = buffers;
-    sums.into_iter().map(|sum| (sum / samples as f32).to_array()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_a_fair_partition_of_the_samples() {
+        for (strata, of) in [(1, 1), (2, 4), (3, 7), (4, 16), (4, 5), (6, 1)] {
+            let mut sizes = vec![0u32; of as usize];
+            for pixel in 0..4000 {
+                let sampler = Sampler::new(3, pixel, strata);
+                let mut seen = vec![false; (strata * strata) as usize];
+                for index in 0..of {
+                    for sample in (Share { index, of }).samples(&sampler) {
+                        assert!(!std::mem::replace(&mut seen[sample as usize], true));
+                        sizes[index as usize] += 1;
+                    }
+                }
+                assert!(seen.iter().all(|s| *s), "{strata} {of}");
+            }
+            let mean = f64::from(4000 * strata * strata) / f64::from(of);
+            assert!(sizes.iter().all(|n| (f64::from(*n) / mean - 1.0).abs() < 0.03), "{strata} {of}: {sizes:?}");
+        }
+        let whole: Vec<u32> = Share::WHOLE.samples(&Sampler::new(1, 2, 3)).collect();
+        assert_eq!(whole, (0..9).collect::<Vec<_>>());
+    }
 }

@@ -65,6 +65,7 @@ fn ask(view: View, met: &Encounter, bsdf: &Bsdf, frame: &Frame, wo: Vec3, last: 
         return;
     }
     let share = if light.pdf > 0.0 && !last { found(light.pdf, bsdf.pdf(wo, wi)) } else { 1.0 };
+    let value = value * surface.terminator(light.direction);
     let ray = Ray { origin: surface.leave(light.direction), direction: light.direction, t_max: light.distance };
     let bin = light.light as usize % shadows.len();
     shadows[bin].push(view, ray, light.target, errand.sample, errand.weight * (value * light.gain * share));
@@ -92,7 +93,8 @@ fn scatter(
         // A mirror's ray that a smooth normal sends to the wrong side is brought back.
         direction -= surface.geometric_normal * (2.0 * height);
     }
-    let mut weight = errand.weight * sampled.weight;
+    let shown = if sampled.specular { 1.0 } else { surface.terminator(direction) };
+    let mut weight = errand.weight * sampled.weight * shown;
     // What radiance loses on its way into glass it gets back on its way out: no reason to end a path.
     let inside = sampled.transmitted == *front && material.transmission > 0.0;
     let worth = weight.max_element() * if inside { (material.ior * material.ior).max(1.0) } else { 1.0 };
@@ -114,5 +116,8 @@ fn scatter(
         counters.diffuse_rays += 1;
     }
     let ray = Ray::new(surface.leave(direction), direction);
-    next.push(ray, Errand { node, weight, pdf: sampled.pdf, medium, ..*errand });
+    next.push(
+        ray,
+        Errand { node, weight, pdf: sampled.pdf, medium, cone: errand.scattered_cone(sampled.pdf), ..*errand },
+    );
 }

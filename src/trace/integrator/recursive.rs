@@ -114,8 +114,9 @@ fn follow(met: &Encounter, frame: &Frame, sampled: Sampled, next: &mut Wave, cou
         (errand.node.reflected(), errand.medium)
     };
     let ray = Ray::new(surface.leave(direction), direction);
-    let onward = errand.onward(node, sampled.weight);
-    next.push(ray, Errand { pdf: sampled.pdf, medium, ..onward });
+    let shown = if sampled.specular { 1.0 } else { surface.terminator(direction) };
+    let onward = errand.onward(node, sampled.weight * shown);
+    next.push(ray, Errand { pdf: sampled.pdf, medium, cone: errand.scattered_cone(sampled.pdf), ..onward });
 }
 
 /// A shadow ray to one of the primitives that shine.
@@ -141,7 +142,8 @@ fn shining(view: View, met: &Encounter, law: &Law, shadows: &mut [Shadows]) {
     }
     if value.max_element() > 0.0 {
         let ray = Ray { origin: surface.leave(light.direction), direction: light.direction, t_max: light.distance };
-        let gain = errand.weight * (value.max(Vec3::ZERO) * light.gain);
+        let shown = surface.terminator(light.direction);
+        let gain = errand.weight * (value.max(Vec3::ZERO) * light.gain * shown);
         shadows[lamps].push(view, ray, light.target, errand.sample, gain);
     }
 }
@@ -189,6 +191,7 @@ fn lit(view: View, met: &Encounter, law: Option<&Law>, light: &Light, at: [f32; 
         Some(law) => law.all.eval(law.wo, law.frame.to_local(direction)) * PI,
         None => blinn_phong(met, direction, cosine),
     };
+    let color = color * surface.terminator(direction);
     let strength = if light.inverse_square { share / square } else { share };
     let ray = Ray { origin: from, direction, t_max: distance };
     shadows.push(view, ray, target, errand.sample, errand.weight * (color * light.color * strength));
@@ -221,7 +224,9 @@ fn mirrored(view: View, met: &Encounter, weight: Vec3, next: &mut Wave) {
     let Encounter { errand, surface, material, .. } = met;
     let node = errand.node.reflected();
     let mut direction = reflect(met.direction, surface.shading_normal);
+    let mut cone = errand.cone;
     if material.gloss > 0.0 && view.settings.gloss {
+        cone = cone.widened(material.gloss);
         let square = met.sampler.stratified(node, Domain::Gloss);
         let radius = libm::cbrtf(met.sampler.extra(node, Domain::Gloss));
         direction = (direction + sphere_point(square) * (material.gloss * radius)).normalize_or(direction);
@@ -232,7 +237,7 @@ fn mirrored(view: View, met: &Encounter, weight: Vec3, next: &mut Wave) {
         direction -= surface.geometric_normal * (2.0 * height);
     }
     let ray = Ray::new(surface.leave(direction), direction);
-    next.push(ray, errand.onward(node, weight));
+    next.push(ray, Errand { cone, ..errand.onward(node, weight) });
 }
 
 /// Adds the ray that goes through the surface in the refracted direction.

@@ -2,11 +2,13 @@
 
 use glam::Vec3;
 
-use super::{View, path, recursive};
+use super::{View, feature, path, recursive};
 use crate::components::Integrator;
+use crate::film::Feature;
 use crate::trace::bsdf::Frame;
 use crate::trace::sampler::{Node, Sampler};
 use crate::trace::surfacing::Surfacing;
+use crate::trace::texture::Cone;
 use crate::trace::{Hit, Ray, Surface, Worker};
 
 /// What becomes of the light that a ray finds.
@@ -17,6 +19,8 @@ pub struct Errand {
     pub sample: u32,
     /// Factor of its light in the colour of the sample.
     pub weight: Vec3,
+    /// Of the ray where it starts; in an [`Encounter`] where it ends.
+    pub cone: Cone,
     /// Density per steradian with which the direction was sampled; 0 if nothing else could have found it.
     pub pdf: f32,
     /// Material of the body that the ray runs in and that swallows light, or [`CLEAR`].
@@ -29,10 +33,20 @@ const LEAST_FACING: f32 = 1e-3;
 /// No medium that swallows light.
 pub const CLEAR: u32 = u32::MAX;
 
+/// How much wider the cones of rays get that a diffuse surface scatters, in radians: far less than they are apart, so
+/// that what they find of a texture stays true to its place.
+const DIFFUSE_SPREAD: f32 = 0.1;
+
 impl Errand {
     /// The errand of a ray in the one possible direction.
     pub fn onward(&self, node: Node, weight: Vec3) -> Errand {
         Errand { node, weight: self.weight * weight, pdf: 0.0, ..*self }
+    }
+
+    /// The cone of a ray whose direction was sampled with this density, 0 for the one possible direction: the wider the
+    /// lobe, the wider the cone.
+    pub fn scattered_cone(&self, pdf: f32) -> Cone {
+        if pdf > 0.0 { self.cone.widened((0.5 / pdf.sqrt()).min(DIFFUSE_SPREAD)) } else { self.cone }
     }
 }
 
@@ -65,6 +79,14 @@ pub struct Shadows {
     gains: Vec<(u32, Vec3)>,
 }
 
+/// A sample's part in its pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Lot {
+    pub weight: f32,
+    /// Square of its distance from the pixel's centre.
+    pub off_center: f32,
+}
+
 impl Shadows {
     /// Asks whether the way to `target` is free.
     #[inline]
@@ -92,21 +114,29 @@ pub struct Buffers {
     samplers: Vec<Sampler>,
     /// Colour of each sample.
     pub colors: Vec<Vec3>,
+    /// Where each sample lies in its pixel.
+    pub lots: Vec<Lot>,
+    /// What the camera ray of each sample met; empty unless the film wants it.
+    pub features: Vec<Option<Feature>>,
 }
 
 impl Buffers {
-    pub fn begin(&mut self, samples: usize) {
+    pub fn begin(&mut self, samples: usize, features: bool) {
         self.wave.clear();
         self.samplers.clear();
+        self.lots.clear();
+        self.features.clear();
+        self.features.resize(if features { samples } else { 0 }, None);
         self.colors.clear();
         self.colors.resize(samples, Vec3::ZERO);
     }
 
     /// Adds the camera ray of the next sample.
-    pub fn start(&mut self, ray: Ray, sampler: Sampler) {
+    pub fn start(&mut self, ray: Ray, sampler: Sampler, cone: Cone, lot: Lot) {
         let sample = self.samplers.len() as u32;
         self.samplers.push(sampler);
-        let errand = Errand { sample, node: Node::CAMERA, weight: Vec3::ONE, pdf: 0.0, medium: CLEAR };
+        self.lots.push(lot);
+        let errand = Errand { sample, node: Node::CAMERA, weight: Vec3::ONE, cone, pdf: 0.0, medium: CLEAR };
         self.wave.push(ray, errand);
     }
 }
@@ -175,7 +205,7 @@ fn find(view: View, buffers: &mut Buffers, worker: &mut Worker) {
 }
 
 fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
-    let Buffers { wave, next, hits, shadows, samplers, colors, .. } = buffers;
+    let Buffers { wave, next, hits, shadows, samplers, colors, features, .. } = buffers;
     let path = view.settings.integrator == Integrator::Path;
     let last = depth == view.settings.max_depth;
     for ((ray, errand), hit) in wave.rays.iter().zip(&wave.errands).zip(hits) {
@@ -189,12 +219,16 @@ fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
             errand.weight *= view.materials[errand.medium as usize].left_after(met);
         }
         let Some(hit) = hit else {
-            *color +=
-                errand.weight * (sky(view, ray.direction) * found(errand.pdf, view.lights.sky_pdf(ray.direction)));
+            *color += errand.weight * sky(view, ray.direction, &errand);
             continue;
         };
-        let surface = view.geometry.surface(ray, hit);
-        let material = &view.materials[surface.material as usize];
+        let mut surface = view.geometry.surface(ray, hit);
+        let mut material = &view.materials[surface.material as usize];
+        errand.cone = errand.cone.at(hit.t);
+        let dressed = view.skins.dress(view.geometry, (ray, hit), errand.cone, &mut surface, material);
+        if let Some(dressed) = &dressed {
+            material = dressed;
+        }
         if material.emission != Vec3::ZERO {
             let asked = match view.settings.integrator {
                 _ if errand.pdf == 0.0 => 0.0,
@@ -207,6 +241,9 @@ fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
         let surface = if front { surface } else { surface.flipped() };
         let sampler = samplers[errand.sample as usize];
         let met = Encounter { direction: ray.direction, errand, surface, material, front, sampler };
+        if view.settings.features && depth == 1 {
+            features[errand.sample as usize] = Some(feature::seen(view, &met));
+        }
         if path {
             path::shade(view, &met, depth, shadows, next, &mut worker.counters);
         } else {
@@ -215,9 +252,13 @@ fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
     }
 }
 
-/// What a ray sees that leaves the scene.
-fn sky(view: View, direction: Vec3) -> Vec3 {
-    view.environment.map_or(view.settings.background, |sky| sky.lookup(direction))
+/// What a ray sees that leaves the scene, by its weight. Where it was asked for too, both ask the same point.
+fn sky(view: View, direction: Vec3, errand: &Errand) -> Vec3 {
+    match view.environment {
+        None => view.settings.background,
+        Some(sky) if errand.pdf == 0.0 => sky.lookup_wide(direction, errand.cone),
+        Some(sky) => sky.lookup(direction) * found(errand.pdf, view.lights.sky_pdf(direction)),
+    }
 }
 
 /// Weight of light that a ray found by itself, where lights were asked for it too: the power heuristic (Veach 1997,

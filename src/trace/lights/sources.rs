@@ -1,7 +1,7 @@
 //! All lights of a frame, chosen among by power.
 //!
-//! Of what lies around the scene nothing is sampled here: rays that leave the scene find it by themselves, with the
-//! weight 1 of a density of 0 ([`Lights::sky_pdf`]).
+//! What lies around the scene is one of them where [`Lights::under`] says so. A background of one colour is not: rays
+//! that leave the scene find it as well as any choice would.
 
 use std::f32::consts::PI;
 
@@ -10,6 +10,7 @@ use glam::Vec3;
 use super::emitters::emitters;
 use super::{Emission, Emitter, Incoming, Light};
 use crate::trace::bsdf::{Frame, around, cosine_hemisphere};
+use crate::trace::environment::Environment;
 use crate::trace::geometry::Kind;
 use crate::trace::surfacing::Surfacing;
 use crate::trace::{Geometry, Hit, Ray, Surface};
@@ -29,7 +30,15 @@ pub struct Lights {
     surfaces: Vec<u32>,
     /// Primitives from this number on have elements that count.
     first_instance: u32,
+    /// What lies around the scene, and the chance that it is asked.
+    sky: Option<(Environment, f32)>,
 }
+
+/// Least chance of either, where there is a sky and something else that shines.
+const LEAST_CHANCE: f32 = 0.1;
+
+/// Where on a ray to the sky its end is taken to be.
+const SKY_DISTANCE: f32 = 1e9;
 
 /// Things to choose among by weight.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -89,7 +98,22 @@ impl Lights {
             lamps,
             emitters,
             first_instance: geometry.range(Kind::Instance).start,
+            sky: None,
         }
+    }
+
+    /// The same lights under a sky that is prepared for sampling.
+    pub fn under(mut self, sky: Option<&Environment>, geometry: &Geometry) -> Self {
+        let Some(sky) = sky.filter(|sky| sky.is_prepared()) else { return self };
+        // What falls through the disk around the scene.
+        let across = std::f64::consts::PI * f64::from(geometry.bounds().size().length_squared()).max(1.0) / 4.0;
+        let power = 3.0 * sky.luminous() * across;
+        let chance = match self.asked.total {
+            0.0 => 1.0,
+            others => ((power / (power + others)) as f32).clamp(LEAST_CHANCE, 1.0 - LEAST_CHANCE),
+        };
+        self.sky = Some((sky.clone(), chance));
+        self
     }
 
     pub fn lamps(&self) -> &[Light] {
@@ -102,7 +126,12 @@ impl Lights {
 
     /// How many there are to choose among.
     pub fn len(&self) -> usize {
-        self.lamps.len() + self.emitters.len()
+        self.lamps.len() + self.emitters.len() + usize::from(self.sky.is_some())
+    }
+
+    /// The chance that [`Self::sample`] asks something else than the sky.
+    fn earthly(&self) -> f32 {
+        self.sky.as_ref().map_or(1.0, |(_, chance)| 1.0 - chance)
     }
 
     pub fn is_empty(&self) -> bool {
@@ -116,12 +145,25 @@ impl Lights {
 
     /// Light of one light, chosen by power, towards a point.
     pub fn sample(&self, from: Vec3, pick: f32, u: [f32; 2]) -> Option<Incoming> {
-        let (i, _) = self.asked.pick(pick)?;
-        let chance = self.asked.chance(i);
+        let earthly = self.earthly();
+        if pick >= earthly {
+            return self.from_sky(from, u);
+        }
+        let (i, _) = self.asked.pick(pick / earthly)?;
+        let chance = self.asked.chance(i) * earthly;
         match self.lamps.get(i) {
             Some(lamp) => from_lamp(lamp, from, chance, u, i as u32),
             None => from_emitter(&self.emitters[i - self.lamps.len()], from, chance, u, i as u32),
         }
+    }
+
+    fn from_sky(&self, from: Vec3, u: [f32; 2]) -> Option<Incoming> {
+        let (sky, chance) = self.sky.as_ref()?;
+        let sample = sky.sample(u)?;
+        let pdf = sample.pdf * chance;
+        let target = from + sample.direction * SKY_DISTANCE;
+        let (distance, gain, light) = (f32::INFINITY, sample.radiance / pdf, self.len() as u32 - 1);
+        (pdf > 0.0).then_some(Incoming { direction: sample.direction, target, distance, gain, pdf, light })
     }
 
     /// Light of one of the shining primitives alone, chosen by power.
@@ -140,7 +182,7 @@ impl Lights {
         let key = |e: &Emitter| (e.primitive, e.element);
         let element = if hit.primitive < self.first_instance { 0 } else { hit.element };
         let Ok(i) = self.emitters.binary_search_by_key(&(hit.primitive, element), key) else { return 0.0 };
-        let chance = self.asked.chance(self.lamps.len() + i);
+        let chance = self.asked.chance(self.lamps.len() + i) * self.earthly();
         chance * self.emitters[i].pdf(ray.origin, surface.point, surface.geometric_normal)
     }
 
@@ -148,12 +190,12 @@ impl Lights {
     pub fn pdf_emitters(&self, ray: &Ray, hit: &Hit, surface: &Surface) -> f32 {
         let first = self.lamps.len();
         let before = if first == 0 { 0.0 } else { self.asked.ends.get(first - 1).copied().unwrap_or(0.0) };
-        self.pdf(ray, hit, surface) / (1.0 - before).max(1e-9)
+        self.pdf(ray, hit, surface) / ((1.0 - before) * self.earthly()).max(1e-9)
     }
 
-    /// Density with which a direction to the sky is sampled: it is not.
-    pub fn sky_pdf(&self, _direction: Vec3) -> f32 {
-        0.0
+    /// Density with which [`Self::sample`] takes a direction to the sky.
+    pub fn sky_pdf(&self, direction: Vec3) -> f32 {
+        self.sky.as_ref().map_or(0.0, |(sky, chance)| chance * sky.pdf(direction))
     }
 
     /// Every lamp that a ray crosses before it ends: radiance, distance, and density of [`Self::sample`].
@@ -165,7 +207,7 @@ impl Lights {
                 continue;
             }
             if let Some(t) = lamp.crossing(ray) {
-                found(lamp.radiance(), t, self.asked.chance(*i as usize) * lamp.pdf(ray.direction, t));
+                found(lamp.radiance(), t, self.asked.chance(*i as usize) * self.earthly() * lamp.pdf(ray.direction, t));
             }
         }
     }

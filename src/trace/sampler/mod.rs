@@ -22,6 +22,8 @@ pub enum Domain {
     Lobe,
     /// Whether a path goes on.
     Roulette,
+    /// When, while the shutter is open.
+    Time,
     Light(u32),
 }
 
@@ -34,6 +36,7 @@ impl Domain {
             Domain::Bounce => 3,
             Domain::Lobe => 4,
             Domain::Roulette => 5,
+            Domain::Time => 6,
             Domain::Light(i) => 16 + u64::from(i),
         }
     }
@@ -147,6 +150,22 @@ impl Sampler {
             return sobol::single(number, digits, key);
         }
         unit_f32(combine(self.key(node, domain), !u64::from(self.sample)))
+    }
+
+    /// A position among the pixel's samples, shuffled per pixel and domain.
+    pub fn shuffled(&self, domain: Domain, position: u32) -> u32 {
+        shuffle(position, self.strata * self.strata, self.own_key(domain) as u32)
+    }
+
+    /// A whole number below `steps`, of at most 24 bits, that belongs to the pixel and the domain.
+    pub fn offset(&self, domain: Domain, steps: u64) -> u64 {
+        (self.own_key(domain) >> 40) % steps
+    }
+
+    /// A key of the pixel alone, even where points are those of its block.
+    fn own_key(&self, domain: Domain) -> u64 {
+        let key = self.key(Node::CAMERA, domain);
+        if self.place == STRATA { key } else { combine(key, u64::from(self.place)) }
     }
 
     fn pair(&self, key: u64) -> [f32; 2] {

@@ -1,4 +1,4 @@
-//! What lies around the scene: a cube map in the P3D course's arrangement.
+//! A cube map in the P3D course's arrangement.
 //!
 //! +x shows the left face and -x the right one, +y top, -y bottom, +z front, -z back; t runs up from the bottom row.
 

@@ -1,0 +1,75 @@
+//! What the film does with samples: words of the settings that concern it.
+
+use super::record::choice;
+
+choice! {
+    /// How linear values of any size become values that a screen can show, 0 to 1. Each is applied after `exposure` and
+    /// before `transfer`, and only to pictures for the screen: EXR files hold the linear values.
+    pub enum ToneMap {
+        /// Cut off at 1.
+        Clip,
+        /// Reinhard, Stark, Shirley and Ferwerda (SIGGRAPH 2002), equation 3, on the luminance: L / (1 + L). Colours
+        /// keep their ratios; a channel that still is above 1 is cut off.
+        Reinhard,
+        /// Stephen Hill's fit of the reference and output transforms of ACES 1.0, with its saturating matrices.
+        Aces,
+        /// Troy Sobotka's AgX with the sixth-order fit of its base contrast by Benjamin Wrensch: bright colours fade to
+        /// white.
+        AgX,
+        /// The Khronos PBR Neutral tone mapper (2024): colours below 0.8 keep hue and saturation, brighter ones are
+        /// compressed.
+        Neutral,
+    }
+}
+
+choice! {
+    /// How samples around a pixel's centre count towards it (pbrt-v4, section 8.8). Each filter is a product of one
+    /// function of x and the same of y.
+    pub enum Filter {
+        /// All alike: the mean over the pixel.
+        Box,
+        /// Falls off linearly.
+        Tent,
+        /// Falls off as exp(-x^2 / 2 s^2), less its value at the edge; s is a sixth of the width.
+        Gaussian,
+        /// Mitchell and Netravali (SIGGRAPH 1988) with B = C = 1/3: sharpens a little, by lobes below zero.
+        Mitchell,
+        /// The four-term window of Harris (Proc. IEEE 1978): smooth, with hardly any ringing.
+        BlackmanHarris,
+    }
+}
+
+impl Filter {
+    /// Full width in pixels where the scene does not say: the usual ones.
+    pub fn usual_width(self) -> f64 {
+        match self {
+            Filter::Box => 1.0,
+            Filter::Tent => 2.0,
+            Filter::Gaussian | Filter::BlackmanHarris => 3.0,
+            Filter::Mitchell => 4.0,
+        }
+    }
+}
+
+choice! {
+    /// A layer beside the colours of an EXR file: what the camera's rays met first.
+    pub enum Aov {
+        /// `Z`: distance along the view axis in world units, mean over the samples that met something; 1e10 where none
+        /// did.
+        Depth,
+        /// `N.X N.Y N.Z`: shading normal in world space, towards the camera, mean over all samples; a sample that met
+        /// nothing counts as zero.
+        Normal,
+        /// `albedo.R albedo.G albedo.B`: diffuse and mirror colour, white for what is clear; mean as for `Normal`.
+        Albedo,
+        /// `P.X P.Y P.Z`: point in world space, mean as for `Depth`; zero where no sample met anything.
+        Position,
+        /// `entityId`: number in authored order, from 1, of the entity that the sample nearest to the pixel's centre
+        /// met; 0 if it met none.
+        Entity,
+        /// `materialId`: number of the material, as for `Entity`; the default material comes after the authored ones.
+        Material,
+        /// `variance`: estimated variance of the pixel's luminance, from its samples before tone mapping and denoising.
+        Variance,
+    }
+}

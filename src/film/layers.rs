@@ -1,0 +1,147 @@
+//! What the camera's rays met first, beside the colours: the layers that are called AOVs in the field.
+
+use glam::Vec3;
+
+/// Depth of a pixel that nothing stands in, as other renderers write it.
+pub const NOTHING: f32 = 1e10;
+
+/// What the camera ray of one sample met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Feature {
+    /// Along the view axis, in world units.
+    pub depth: f32,
+    /// In the world.
+    pub point: Vec3,
+    /// Unit, in the world, towards the camera: the shading normal.
+    pub normal: Vec3,
+    /// Share of white light that comes back, by diffuse and mirror reflection together; 1 for what is clear.
+    pub albedo: Vec3,
+    /// Authored indices, from 0.
+    pub entity: u32,
+    pub material: u32,
+}
+
+impl Feature {
+    fn is_finite(&self) -> bool {
+        self.depth.is_finite() && self.point.is_finite() && self.normal.is_finite() && self.albedo.is_finite()
+    }
+}
+
+/// Sums of features over the samples of one pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FeatureSum {
+    samples: u32,
+    hits: u32,
+    depth: f32,
+    point: Vec3,
+    normal: Vec3,
+    albedo: Vec3,
+    /// Square of the distance from the pixel's centre of the sample that gave the ids.
+    nearest: f32,
+    ids: [u32; 2],
+}
+
+impl Default for FeatureSum {
+    fn default() -> Self {
+        let zero = Vec3::ZERO;
+        let (point, normal, albedo) = (zero, zero, zero);
+        FeatureSum { samples: 0, hits: 0, depth: 0.0, point, normal, albedo, nearest: f32::INFINITY, ids: [0; 2] }
+    }
+}
+
+impl FeatureSum {
+    /// Adds a sample, `None` where it met nothing; `off_center` is its squared distance from the pixel's centre. What
+    /// is no number counts as nothing.
+    pub fn add(&mut self, feature: Option<&Feature>, off_center: f32) {
+        self.samples += 1;
+        let nearest = off_center < self.nearest;
+        if nearest {
+            self.nearest = off_center;
+            self.ids = [0; 2];
+        }
+        let Some(feature) = feature.filter(|f| f.is_finite()) else { return };
+        if nearest {
+            self.ids = [feature.entity + 1, feature.material + 1];
+        }
+        self.hits += 1;
+        self.depth += feature.depth;
+        self.point += feature.point;
+        self.normal += feature.normal;
+        self.albedo += feature.albedo;
+    }
+}
+
+/// Columns with a value for each pixel, top row first; empty where nobody asked for them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Layers {
+    /// Share of the samples that met something.
+    pub coverage: Vec<f32>,
+    /// Mean over the samples that met something, along the view axis; [`NOTHING`] where none did.
+    pub depth: Vec<f32>,
+    /// Mean over the samples that met something, zero where none did.
+    pub position: Vec<[f32; 3]>,
+    /// Means over all samples: zero for those that met nothing.
+    pub normal: Vec<[f32; 3]>,
+    pub albedo: Vec<[f32; 3]>,
+    /// Authored number, counted from 1, of the entity and of the material that the sample nearest to the pixel's centre
+    /// met; 0 if it met nothing. The default material comes after the last authored one.
+    pub entity: Vec<u32>,
+    pub material: Vec<u32>,
+    /// Variance of the pixel's luminance: that of its samples over their number. Strata make the truth smaller.
+    pub variance: Vec<f32>,
+}
+
+impl Layers {
+    /// Room for the features of so many pixels.
+    pub fn make_room_for_features(&mut self, pixels: usize) {
+        self.coverage = vec![0.0; pixels];
+        self.depth = vec![NOTHING; pixels];
+        self.position = vec![[0.0; 3]; pixels];
+        self.normal = vec![[0.0; 3]; pixels];
+        self.albedo = vec![[0.0; 3]; pixels];
+        self.entity = vec![0; pixels];
+        self.material = vec![0; pixels];
+    }
+
+    /// Sets what the samples of a pixel add up to.
+    pub fn resolve(&mut self, pixel: usize, sum: &FeatureSum) {
+        let (hits, samples) = (sum.hits.max(1) as f32, sum.samples.max(1) as f32);
+        self.coverage[pixel] = sum.hits as f32 / samples;
+        self.depth[pixel] = if sum.hits > 0 { sum.depth / hits } else { NOTHING };
+        self.position[pixel] = (sum.point / hits).to_array();
+        self.normal[pixel] = (sum.normal / samples).to_array();
+        self.albedo[pixel] = (sum.albedo / samples).to_array();
+        [self.entity[pixel], self.material[pixel]] = sum.ids;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn misses_count_where_a_share_is_meant_and_not_where_a_place_is() {
+        let seen = |depth: f32, entity| Feature {
+            depth,
+            point: Vec3::new(0.0, 0.0, depth),
+            normal: Vec3::Z,
+            albedo: Vec3::splat(0.5),
+            entity,
+            material: 7,
+        };
+        let mut sum = FeatureSum::default();
+        sum.add(Some(&seen(2.0, 4)), 0.3);
+        sum.add(None, 0.2);
+        sum.add(Some(&seen(4.0, 5)), 0.1);
+        sum.add(Some(&Feature { normal: Vec3::splat(f32::NAN), ..seen(1.0, 9) }), 0.1);
+        let mut layers = Layers::default();
+        layers.make_room_for_features(2);
+        layers.resolve(0, &sum);
+        layers.resolve(1, &FeatureSum::default());
+        assert_eq!((layers.depth[0], layers.position[0], layers.coverage[0]), (3.0, [0.0, 0.0, 3.0], 0.5));
+        assert_eq!((layers.normal[0], layers.albedo[0]), ([0.0, 0.0, 0.5], [0.25; 3]));
+        // The first of the two that are equally near.
+        assert_eq!((layers.entity[0], layers.material[0]), (6, 8));
+        assert_eq!((layers.depth[1], layers.entity[1]), (NOTHING, 0));
+    }
+}

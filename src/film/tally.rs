@@ -1,0 +1,167 @@
+//! What the samples of pixels add up to, kept apart from what is made of the sums.
+//!
+//! Sums can be added to in several goes (rounds of samples, slices of time) before they are resolved into means.
+
+use glam::Vec3;
+
+use super::layers::{Feature, FeatureSum};
+use crate::base::color::luminance;
+
+/// Largest value of a channel of a sample where no clamp is set: sums of as many as there can be stay inside `f32`.
+const LARGEST: f32 = 1e30;
+
+/// Sums over the samples of one pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Sum {
+    color: Vec3,
+    /// As `color`, by weight; only where weights differ.
+    weighted: Vec3,
+    weight: f32,
+    count: u32,
+}
+
+/// What is added up, beside what every picture needs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gather {
+    /// Most that a channel of a sample may be.
+    pub clamp: Option<f32>,
+    /// Whether weights have signs, and so differ.
+    pub signed: bool,
+    /// Whether the spread of the samples is wanted.
+    pub moments: bool,
+    /// Whether what the camera's rays met first is wanted.
+    pub features: bool,
+}
+
+/// Sums over the samples of the pixels of a tile.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tally {
+    sums: Vec<Sum>,
+    /// Sums of luminance and of its square; empty unless wanted.
+    moments: Vec<[f64; 2]>,
+    /// Empty unless wanted.
+    features: Vec<FeatureSum>,
+    signed: bool,
+    clamp: f32,
+}
+
+impl Tally {
+    /// A place for each of so many pixels, without samples.
+    pub fn new(pixels: usize, gather: Gather) -> Self {
+        let Gather { clamp, signed, moments, features } = gather;
+        Tally {
+            sums: vec![Sum::default(); pixels],
+            moments: vec![[0.0; 2]; if moments { pixels } else { 0 }],
+            features: vec![FeatureSum::default(); if features { pixels } else { 0 }],
+            signed,
+            clamp: clamp.unwrap_or(LARGEST).min(LARGEST),
+        }
+    }
+
+    /// Adds a sample to a pixel. A colour that is no number, or infinite, counts as black.
+    #[inline]
+    pub fn add(&mut self, pixel: usize, color: Vec3, weight: f32) {
+        let color = clamped(color, self.clamp);
+        let sum = &mut self.sums[pixel];
+        sum.count += 1;
+        sum.color += color;
+        if self.signed {
+            sum.weighted += color * weight;
+            sum.weight += weight;
+        }
+        if let Some([first, second]) = self.moments.get_mut(pixel) {
+            let light = f64::from(luminance(color.to_array()));
+            *first += light;
+            *second += light * light;
+        }
+    }
+
+    /// Adds what a sample met first, if that is wanted; see [`FeatureSum::add`].
+    pub fn add_feature(&mut self, pixel: usize, feature: Option<&Feature>, off_center: f32) {
+        self.features[pixel].add(feature, off_center);
+    }
+
+    pub fn feature(&self, pixel: usize) -> Option<&FeatureSum> {
+        self.features.get(pixel)
+    }
+
+    /// Mean luminance of a pixel's samples and the variance of that mean, if it is wanted: the variance of the samples
+    /// over their number. Two samples at least are needed to tell.
+    pub fn spread(&self, pixel: usize) -> Option<[f64; 2]> {
+        let [first, second] = *self.moments.get(pixel)?;
+        let count = f64::from(self.sums[pixel].count.max(1));
+        let mean = first / count;
+        let variance = (second - first * mean).max(0.0) / (count - 1.0).max(1.0);
+        Some([mean, variance / count])
+    }
+
+    /// The linear colour of a pixel; black without samples.
+    ///
+    /// Where weights differ, the weighted mean of what the samples are apart from their plain mean is added to that:
+    /// a surface of one colour keeps it, whatever the weights of a few samples happen to add up to, and nothing is
+    /// divided by a sum that could vanish.
+    pub fn color(&self, pixel: usize) -> [f32; 3] {
+        let sum = &self.sums[pixel];
+        let count = sum.count.max(1) as f32;
+        let mean = sum.color / count;
+        if !self.signed {
+            return mean.to_array();
+        }
+        (mean + (sum.weighted - mean * sum.weight) / count).max(Vec3::ZERO).to_array()
+    }
+}
+
+/// The colour with its largest channel brought down to `most`, so that its hue stays.
+#[inline]
+fn clamped(color: Vec3, most: f32) -> Vec3 {
+    if !color.is_finite() {
+        return Vec3::ZERO;
+    }
+    let largest = color.max_element();
+    if largest > most { color * (most / largest) } else { color }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLAIN: Gather = Gather { clamp: None, signed: false, moments: false, features: false };
+
+    #[test]
+    fn the_spread_is_that_of_the_samples() {
+        let mut tally = Tally::new(1, Gather { moments: true, ..PLAIN });
+        [1.0, 2.0, 3.0, 6.0].into_iter().for_each(|x| tally.add(0, Vec3::splat(x), 1.0));
+        let [mean, variance] = tally.spread(0).unwrap();
+        // The sum of squares about the mean 3 is 14; over 3, and over 4 samples.
+        assert!((mean - 3.0).abs() < 1e-6 && (variance - 14.0 / 12.0).abs() < 1e-6, "{mean} {variance}");
+        assert_eq!(Tally::new(1, PLAIN).spread(0), None);
+    }
+
+    #[test]
+    fn what_is_no_number_does_not_poison_a_pixel() {
+        let mut tally = Tally::new(2, PLAIN);
+        for color in [Vec3::splat(f32::NAN), Vec3::new(1.0, f32::INFINITY, 0.0), Vec3::splat(3.0), Vec3::ZERO] {
+            tally.add(0, color, 1.0);
+        }
+        assert_eq!(tally.color(0), [0.75; 3]);
+        assert_eq!(tally.color(1), [0.0; 3]);
+        (0..65_536).for_each(|_| tally.add(1, Vec3::splat(f32::MAX), 1.0));
+        assert!(tally.color(1)[0].is_finite());
+    }
+
+    #[test]
+    fn a_clamp_keeps_hue() {
+        let mut tally = Tally::new(1, Gather { clamp: Some(2.0), ..PLAIN });
+        tally.add(0, Vec3::new(8.0, 4.0, 1.0), 1.0);
+        assert_eq!(tally.color(0), [2.0, 1.0, 0.25]);
+    }
+
+    #[test]
+    fn one_colour_stays_whatever_the_weights() {
+        let mut tally = Tally::new(1, Gather { signed: true, ..PLAIN });
+        for weight in [1.2, -1.2, 1.2, -1.2] {
+            tally.add(0, Vec3::splat(0.5), weight);
+        }
+        assert_eq!(tally.color(0), [0.5; 3]);
+    }
+}

@@ -1,0 +1,195 @@
+//! OpenEXR: linear values of any size, with layers beside the colours, and notes in the attribute `comments`.
+//!
+//! One part of scan lines, compressed by ZIP (lossless, sixteen lines at a time). Channels have the names that
+//! compositors look for: `R G B` for the picture, `Z` for depth, `N.X` and so on for what else is asked for.
+
+use std::io::Cursor;
+
+use ::exr::meta::MetaData;
+use ::exr::prelude::{
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
+    ReadChannels, ReadLayers, Text, WritableImage, f16, read,
+};
+
+use super::Notes;
+use crate::base::limits;
+use crate::components::{Aov, Render};
+use crate::film::Film;
+
+/// Largest number of a half.
+const MOST_OF_HALF: f32 = 65_504.0;
+/// Layers and channels of a file that is read: far more than any renderer writes.
+const MOST_CHANNELS: usize = 1_024;
+/// How many times smaller than its values a file can be: the best that black pictures reach.
+const MOST_SQUEEZED: u64 = 10_000;
+
+/// The bytes of an EXR file: colours in halves, or in floats where `bit_depth` is 32; all else in floats.
+///
+/// # Errors
+/// What the format cannot hold.
+pub fn encode_exr(film: &Film, render: &Render, notes: &Notes) -> Result<Vec<u8>, String> {
+    let colors = &film.pixels;
+    let mut channels: Vec<AnyChannel<FlatSamples>> = Vec::new();
+    for (axis, name) in ["R", "G", "B"].into_iter().enumerate() {
+        let values = colors.iter().map(|color| color[axis]);
+        let samples = match render.bit_depth {
+            32 => FlatSamples::F32(values.collect()),
+            // What is too bright for a half is as bright as a half can be.
+            _ => FlatSamples::F16(values.map(|x| f16::from_f32(x.min(MOST_OF_HALF))).collect()),
+        };
+        channels.push(AnyChannel::new(name, samples));
+    }
+    for aov in [&Aov::Depth, &Aov::Normal, &Aov::Albedo, &Aov::Position, &Aov::Entity, &Aov::Material, &Aov::Variance] {
+        if render.aovs.contains(aov) {
+            channels.extend(
+                columns(film, *aov).into_iter().map(|(name, values)| AnyChannel::new(name, FlatSamples::F32(values))),
+            );
+        }
+    }
+    // One attribute for all notes: the crate writes several in an order that changes from run to run.
+    let lines: Vec<String> = notes.iter().map(|(keyword, text)| format!("{keyword}: {text}")).collect();
+    let comments = Some(Text::from_slice_unchecked(lines.join("\n").as_bytes()));
+    let attributes = LayerAttributes { comments, ..LayerAttributes::default() };
+    let encoding =
+        Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+    let size = (film.width as usize, film.height as usize);
+    let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(channels.into()));
+    let mut bytes = Vec::new();
+    // On one thread: blocks lie in the file in the order of their lines.
+    let written = Image::from_layer(layer).write().non_parallel().to_buffered(Cursor::new(&mut bytes));
+    written.map(|()| bytes).map_err(|e| e.to_string())
+}
+
+/// The channels of a layer, by name.
+fn columns(film: &Film, aov: Aov) -> Vec<(&'static str, Vec<f32>)> {
+    let layers = &film.layers;
+    let axis = |of: &[[f32; 3]], i: usize| of.iter().map(|v| v[i]).collect();
+    let three = |names: [&'static str; 3], of: &[[f32; 3]]| (0..3).map(|i| (names[i], axis(of, i))).collect();
+    // Exact: there are fewer entities and materials than 2^24.
+    let numbers = |of: &[u32]| of.iter().map(|n| *n as f32).collect();
+    match aov {
+        Aov::Depth => vec![("Z", layers.depth.clone())],
+        Aov::Normal => three(["N.X", "N.Y", "N.Z"], &layers.normal),
+        Aov::Albedo => three(["albedo.R", "albedo.G", "albedo.B"], &layers.albedo),
+        Aov::Position => three(["P.X", "P.Y", "P.Z"], &layers.position),
+        Aov::Entity => vec![("entityId", numbers(&layers.entity))],
+        Aov::Material => vec![("materialId", numbers(&layers.material))],
+        Aov::Variance => vec![("variance", layers.variance.clone())],
+    }
+}
+
+/// What an EXR file holds, as far as anim looks at it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExrFile {
+    pub size: [u32; 2],
+    /// Names of all channels, in the file's order.
+    pub channels: Vec<String>,
+    pub notes: Notes,
+}
+
+/// Whether these are the bytes of an EXR file.
+pub fn is_exr(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
+}
+
+/// What the header of an EXR file says.
+///
+/// # Errors
+/// What is wrong with the file, or larger than it may be.
+pub fn read_exr_header(bytes: &[u8]) -> Result<ExrFile, String> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
+    let header = meta.headers.first().ok_or("it has no picture")?;
+    let side = |n: usize| u32::try_from(n).ok().filter(|n| (1..=limits::IMAGE_SIDE).contains(n));
+    let size = header.layer_size;
+    let (Some(width), Some(height)) = (side(size.width()), side(size.height())) else {
+        return Err(format!("it declares {} x {} pixels", size.width(), size.height()));
+    };
+    // Files are read whole, all of their parts and channels: what they declare has to be bearable.
+    let channels: usize = meta.headers.iter().map(|h| h.channels.list.len()).sum();
+    let pixels: u64 = meta.headers.iter().map(|h| h.layer_size.area() as u64).fold(0, u64::saturating_add);
+    let bytes_of = |h: &::exr::meta::header::Header| h.layer_size.area() as u64 * h.channels.bytes_per_pixel as u64;
+    let raw = meta.headers.iter().map(bytes_of).fold(0, u64::saturating_add);
+    if channels > MOST_CHANNELS || pixels > limits::FRAME_PIXELS || raw / MOST_SQUEEZED > bytes.len() as u64 {
+        return Err(format!("it declares {channels} channels of {pixels} pixels in {} bytes", bytes.len()));
+    }
+    let text = |text: &Text| String::from_utf8_lossy(text.as_slice()).into_owned();
+    let comments = header.own_attributes.comments.as_ref().map(text).unwrap_or_default();
+    let note = |line: &str| line.split_once(": ").map(|(keyword, text)| (keyword.to_string(), text.to_string()));
+    let notes = comments.lines().filter_map(note).collect();
+    let channels = header.channels.list.iter().map(|c| text(&c.name)).collect();
+    Ok(ExrFile { size: [width, height], channels, notes })
+}
+
+/// The linear colours of an EXR file, top row first.
+///
+/// # Errors
+/// As [`read_exr_header`]; a file without `R`, `G` and `B`.
+pub fn read_exr(bytes: &[u8]) -> Result<([u32; 2], Vec<[f32; 3]>), String> {
+    let ExrFile { size, .. } = read_exr_header(bytes)?;
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|e| e.to_string())?;
+    let layer = &image.layer_data;
+    let count = layer.size.area();
+    if [layer.size.width(), layer.size.height()] != size.map(|n| n as usize) {
+        return Err("its first part is not a plain picture".into());
+    }
+    let mut colors = vec![[0.0; 3]; count];
+    for (axis, name) in ["R", "G", "B"].into_iter().enumerate() {
+        let found = layer.channel_data.list.iter().find(|c| c.name.eq(name));
+        let channel = found.ok_or_else(|| format!("it has no channel `{name}`"))?;
+        for (color, value) in colors.iter_mut().zip(channel.sample_data.values_as_f32()) {
+            color[axis] = value;
+        }
+    }
+    Ok((size, colors))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file() -> Vec<u8> {
+        let mut film = Film::new(19, 18);
+        film.pixels.iter_mut().enumerate().for_each(|(i, p)| *p = [i as f32, 0.1, 1e9]);
+        film.layers.make_room_for_features(19 * 18);
+        let render = Render { aovs: vec![Aov::Entity, Aov::Depth], ..Render::default() };
+        let notes: Notes = vec![("Source".into(), "schön: 雪.rhai".into()), ("Frame".into(), "7".into())];
+        encode_exr(&film, &render, &notes).unwrap()
+    }
+
+    #[test]
+    fn colors_names_and_notes_come_back() {
+        let bytes = file();
+        assert!(is_exr(&bytes) && bytes == file());
+        let (size, colors) = read_exr(&bytes).unwrap();
+        // The smallest step of a half near 0.1 is 2^-14.
+        assert_eq!((size, colors.len()), ([19, 18], 19 * 18));
+        assert!(
+            colors.iter().enumerate().all(|(i, c)| c[0] == i as f32 && (c[1] - 0.1).abs() < 1e-4 && c[2] == 65504.0)
+        );
+        let header = read_exr_header(&bytes).unwrap();
+        assert_eq!(header.channels, ["B", "G", "R", "Z", "entityId"]);
+        assert_eq!(header.notes[0], ("Source".to_string(), "schön: 雪.rhai".to_string()));
+    }
+
+    #[test]
+    fn broken_files_are_refused_and_nothing_worse() {
+        let whole = file();
+        for i in 0..whole.len() {
+            let _ = read_exr(&whole[..i]);
+            for flip in [1, 0x80, 0xff] {
+                let mut broken = whole.clone();
+                broken[i] ^= flip;
+                let _ = read_exr(&broken);
+            }
+        }
+        assert!(read_exr(b"not a picture").is_err() && read_exr(&whole[..whole.len() / 2]).is_err());
+    }
+}

@@ -1,0 +1,172 @@
+//! What lies in a folder of frames: one line for each file that was written, beside the files.
+//!
+//! A line is added before its file gets its name, in one write at the end of the file, so that several processes can
+//! work on one folder and a kill leaves at most a last line that is cut short. The last line about a file counts, if
+//! the bytes of the file are those that it speaks of; a line that is lost costs only a closer look at the file.
+
+use std::fs::OpenOptions;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
+
+use super::write_atomic;
+use crate::base::diagnostics::Diagnostic;
+use crate::base::digest::Digest;
+use crate::base::{files, limits};
+
+/// Name of the manifest in its folder.
+pub const NAME: &str = ".anim-manifest.jsonl";
+
+/// What a frame's file holds, beside its pixels.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Making {
+    /// File name of the script or scene.
+    pub source: String,
+    pub frame: u32,
+    /// Digest of all that decides the pixels.
+    #[serde(with = "hex")]
+    pub hash: Digest,
+}
+
+/// A file that was written.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Entry {
+    /// Relative to the manifest's folder.
+    pub file: String,
+    #[serde(flatten)]
+    pub making: Making,
+    pub bytes: u64,
+    /// Digest of the file's bytes.
+    #[serde(with = "hex")]
+    pub checksum: Digest,
+}
+
+mod hex {
+    use crate::base::digest::Digest;
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub fn serialize<S: Serializer>(digest: &Digest, s: S) -> Result<S::Ok, S::Error> {
+        s.collect_str(digest)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Digest, D::Error> {
+        String::deserialize(d)?.parse().map_err(|()| D::Error::custom("not a digest"))
+    }
+}
+
+/// The manifest of one folder, as it was when it was read.
+#[derive(Debug, Default)]
+pub struct Manifest {
+    folder: PathBuf,
+    entries: FxHashMap<String, Entry>,
+}
+
+impl Manifest {
+    /// Reads what is there; what cannot be read is as if it were not there.
+    ///
+    /// A manifest that has grown to many times what it says is written anew.
+    pub fn read(folder: &Path) -> Self {
+        let path = folder.join(NAME);
+        let text = files::read_text(&path, limits::MANIFEST_BYTES).unwrap_or_default();
+        let mut entries = FxHashMap::default();
+        let mut lines = 0;
+        for entry in text.lines().filter_map(|line| serde_json::from_str::<Entry>(line).ok()) {
+            lines += 1;
+            entries.insert(entry.file.clone(), entry);
+        }
+        let manifest = Manifest { folder: folder.to_path_buf(), entries };
+        let is_torn = !text.is_empty() && !text.ends_with('\n');
+        if is_torn || lines > 4 * manifest.entries.len() + 1_000 {
+            // Where it cannot be written, the old one still serves.
+            let _ = write_atomic(&path, manifest.text().as_bytes());
+        }
+        manifest
+    }
+
+    pub fn get(&self, file: &Path) -> Option<&Entry> {
+        self.entries.get(&self.key(file))
+    }
+
+    /// Adds a line about a file that is about to get its name; `None` if the folder keeps no manifest.
+    ///
+    /// # Errors
+    /// The manifest cannot be written.
+    pub fn add(&self, file: &Path, making: &Making, bytes: &[u8]) -> Result<(), Diagnostic> {
+        let checksum = Digest::of(bytes);
+        let entry = Entry { file: self.key(file), making: making.clone(), bytes: bytes.len() as u64, checksum };
+        let path = self.folder.join(NAME);
+        let failed = |error: std::io::Error| Diagnostic::io(path.display(), "write", &error);
+        let mut log = OpenOptions::new().append(true).create(true).open(&path).map_err(failed)?;
+        log.write_all(line(&entry).as_bytes()).map_err(failed)
+    }
+
+    fn key(&self, file: &Path) -> String {
+        file.strip_prefix(&self.folder).unwrap_or(file).to_string_lossy().into_owned()
+    }
+
+    fn text(&self) -> String {
+        let mut entries: Vec<&Entry> = self.entries.values().collect();
+        entries.sort_by(|a, b| a.file.cmp(&b.file));
+        entries.into_iter().map(line).collect()
+    }
+}
+
+fn line(entry: &Entry) -> String {
+    // A struct of plain fields is always JSON.
+    serde_json::to_string(entry).map(|json| json + "\n").unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn making(frame: u32) -> Making {
+        Making { source: "a.rhai".into(), frame, hash: Digest(u128::from(frame)) }
+    }
+
+    #[test]
+    fn the_last_line_about_a_file_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |frame: u32| folder.path().join(format!("a.{frame}.png"));
+        let manifest = Manifest::read(folder.path());
+        assert_eq!(manifest.get(&file(1)), None);
+        manifest.add(&file(1), &making(1), b"one").unwrap();
+        manifest.add(&file(2), &making(2), b"two").unwrap();
+        manifest.add(&file(1), &making(3), b"three").unwrap();
+        let again = Manifest::read(folder.path());
+        let first = again.get(&file(1)).unwrap();
+        assert_eq!((first.making.frame, first.bytes, first.checksum), (3, 5, Digest::of(b"three")));
+        assert_eq!(again.get(&file(2)).unwrap().making, making(2));
+    }
+
+    #[test]
+    fn a_line_that_was_cut_short_spoils_no_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(NAME);
+        Manifest::read(folder.path()).add(&folder.path().join("a"), &making(1), b"x").unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        for cut in 0..whole.len() {
+            std::fs::write(&path, [&whole[..], &whole[..cut]].concat()).unwrap();
+            Manifest::read(folder.path()).add(&folder.path().join("b"), &making(2), b"y").unwrap();
+            let read = Manifest::read(folder.path());
+            assert!(read.get(&folder.path().join("a")).is_some() && read.get(&folder.path().join("b")).is_some());
+        }
+        std::fs::write(&path, b"\xff\x00 nonsense\n{}\n").unwrap();
+        assert!(Manifest::read(folder.path()).entries.is_empty());
+    }
+
+    #[test]
+    fn a_manifest_does_not_grow_for_ever() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(NAME);
+        let manifest = Manifest::read(folder.path());
+        manifest.add(&folder.path().join("a"), &making(1), b"x").unwrap();
+        let one = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, one.repeat(2_000)).unwrap();
+        assert!(Manifest::read(folder.path()).get(&folder.path().join("a")).is_some());
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), one);
+    }
+}

@@ -1,0 +1,342 @@
+//! A frame as digests: all that decides its pixels, part by part, without rendering it.
+//!
+//! The scene that frames start from is hashed once. A frame then costs what its edits touch: a part of the scene is the
+//! sum of the digests of its members, each with its place in the authored order, so that a member can be taken out and
+//! put back changed. What does not show is left out: tags, materials that nothing wears, file names of what was read,
+//! the accelerator, threads, and every comment and space in scene and script.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::assets::Assets;
+use crate::base::digest::{Digest, Hasher};
+use crate::components::content::{feed_component, feed_record};
+use crate::components::*;
+
+/// The number of the pictures themselves: raise it with every change to the program that changes a pixel or a byte of
+/// a file, so that frames of an older program count as stale.
+pub const PICTURES: u32 = 1;
+
+/// Settings that do not show in a picture.
+const INVISIBLE: [&str; 2] = ["accel", "grid_density"];
+
+/// Fields of the camera that are the lens and its focus; the others are where it stands and what it sees.
+const LENS: [&str; 6] = ["focus_distance", "focus", "aperture", "lens", "f_stop", "meters_per_unit"];
+
+/// What a frame is made of, and so what can change from one frame to another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    Camera,
+    Lens,
+    Settings,
+    Geometry,
+    Transforms,
+    Materials,
+    /// Where lights are, their size and falloff.
+    Lights,
+    LightColors,
+}
+
+impl Part {
+    /// In the order of the enum: a part is its own index.
+    pub const ALL: [Part; 8] = [
+        Part::Camera,
+        Part::Lens,
+        Part::Settings,
+        Part::Geometry,
+        Part::Transforms,
+        Part::Materials,
+        Part::Lights,
+        Part::LightColors,
+    ];
+
+    /// The word for it in reports.
+    pub fn word(self) -> &'static str {
+        match self {
+            Part::Camera => "camera",
+            Part::Lens => "lens",
+            Part::Settings => "settings",
+            Part::Geometry => "geometry",
+            Part::Transforms => "transforms",
+            Part::Materials => "materials",
+            Part::Lights => "lights",
+            Part::LightColors => "light_colors",
+        }
+    }
+}
+
+type Parts = [Digest; Part::ALL.len()];
+
+/// A frame, known by its parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outline {
+    parts: Parts,
+    /// What tracing it is estimated to cost: millions of steps of rays.
+    pub cost: f64,
+}
+
+impl Outline {
+    /// The digest of all that decides the frame's pixels, the program included.
+    pub fn hash(&self) -> Digest {
+        let mut hasher = Hasher::default();
+        hasher.text(concat!("anim ", env!("CARGO_PKG_VERSION")));
+        hasher.word(PICTURES.into());
+        self.parts.iter().for_each(|part| hasher.digest(*part));
+        hasher.finish()
+    }
+
+    /// A frame of several moments, one at least; what times they are follows from camera and settings.
+    pub fn together(moments: &[Outline]) -> Outline {
+        let first = moments.first().copied().unwrap_or(Outline { parts: Parts::default(), cost: 0.0 });
+        if moments.len() <= 1 {
+            return first;
+        }
+        let mut hashers: [Hasher; Part::ALL.len()] = Default::default();
+        for moment in moments {
+            hashers.iter_mut().zip(moment.parts).for_each(|(hasher, part)| hasher.digest(part));
+        }
+        // Moments share the samples, and with them the cost.
+        Outline { parts: hashers.map(|hasher| hasher.finish()), ..first }
+    }
+
+    /// The parts in which two frames differ.
+    pub fn changes(&self, before: &Outline) -> Vec<Part> {
+        Part::ALL.into_iter().filter(|part| self.parts[*part as usize] != before.parts[*part as usize]).collect()
+    }
+}
+
+/// What tracing depends on beside the settings.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    lights: i64,
+    primitives: i64,
+}
+
+/// The scene that frames start from, hashed.
+pub struct Rest {
+    scene: Arc<Scene>,
+    assets: Assets,
+    parts: Parts,
+    tally: Tally,
+    materials: FxHashMap<Text, usize>,
+    /// How many entities wear each material.
+    worn: Vec<i64>,
+}
+
+impl Rest {
+    pub fn new(scene: Arc<Scene>, assets: Assets) -> Self {
+        let materials: FxHashMap<Text, usize> =
+            scene.materials.iter().enumerate().map(|(i, (name, _))| (name.clone(), i)).collect();
+        let mut rest = Rest {
+            parts: Parts::default(),
+            tally: Tally::default(),
+            worn: vec![0; scene.materials.len()],
+            materials,
+            scene: scene.clone(),
+            assets,
+        };
+        let add = |mut sums: Parts, parts: Parts| {
+            sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum = sum.with(part));
+            sums
+        };
+        let entities = scene.entities.par_iter().enumerate().with_min_len(1_000);
+        rest.parts = entities.map(|(index, bag)| rest.entity(index, bag)).reduce(Parts::default, add);
+        for bag in &scene.entities {
+            count(&mut rest.tally, bag, 1);
+            if let Some(index) = worn_by(bag).and_then(|name| rest.materials.get(name)) {
+                rest.worn[*index] += 1;
+            }
+        }
+        let materials = &mut rest.parts[Part::Materials as usize];
+        for (index, (name, material)) in scene.materials.iter().enumerate().filter(|(i, _)| rest.worn[*i] > 0) {
+            *materials = materials.with(material_digest(&rest.assets, index, name, material));
+        }
+        rest
+    }
+
+    pub fn camera(&self) -> &Camera {
+        &self.scene.camera
+    }
+
+    /// For a scene whose entities and materials are never edited: their digests are all that is kept.
+    pub fn without_entities(self) -> Self {
+        let Scene { camera, render, .. } = &*self.scene;
+        let (camera, render) = (camera.clone(), render.clone());
+        Rest { scene: Arc::new(Scene { camera, render, ..Scene::default() }), ..self }
+    }
+
+    /// A file that the scene names and that has changed since it was hashed.
+    pub fn changed_asset(&self) -> Option<String> {
+        self.assets.changed()
+    }
+
+    /// The frame that these edits make of the scene.
+    pub fn outline(&self, edits: &[Edit]) -> Outline {
+        let mut touched = Touched::default();
+        edits.iter().for_each(|edit| touched.apply(&self.scene, edit));
+        let camera = touched.camera.unwrap_or(&self.scene.camera);
+        let render = touched.render.unwrap_or(&self.scene.render);
+        let (mut parts, mut tally) = (self.parts, self.tally);
+        let mut worn: BTreeMap<usize, i64> = touched.materials.keys().map(|index| (*index, 0)).collect();
+        let mut wear = |bag: &Bag, count: i64| {
+            let Some(name) = worn_by(bag) else { return };
+            let first = self.scene.materials.len();
+            let added = || touched.added.iter().position(|known| *known == name).map(|i| first + i);
+            if let Some(index) = self.materials.get(name).copied().or_else(added) {
+                *worn.entry(index).or_default() += count;
+            }
+        };
+        for (index, now) in &touched.entities {
+            if let Some(before) = self.scene.entities.get(*index) {
+                parts.iter_mut().zip(self.entity(*index, before)).for_each(|(sum, part)| *sum = sum.without(part));
+                count(&mut tally, before, -1);
+                wear(before, -1);
+            }
+            if let Some(now) = now {
+                parts.iter_mut().zip(self.entity(*index, now)).for_each(|(sum, part)| *sum = sum.with(part));
+                count(&mut tally, now, 1);
+                wear(now, 1);
+            }
+        }
+        let sum = &mut parts[Part::Materials as usize];
+        for (index, change) in worn {
+            let before = self.worn.get(index).copied().unwrap_or(0);
+            let rest = self.scene.materials.get(index);
+            if let Some((name, material)) = rest.filter(|_| before > 0) {
+                *sum = sum.without(material_digest(&self.assets, index, name, material));
+            }
+            let name = rest.map(|(name, _)| &**name).or_else(|| touched.added.get(index - self.worn.len()).copied());
+            let material = touched.materials.get(&index).copied().or(rest.map(|(_, material)| material));
+            if let (Some(name), Some(material), true) = (name, material, before + change > 0) {
+                *sum = sum.with(material_digest(&self.assets, index, name, material));
+            }
+        }
+        parts[Part::Camera as usize] = self.record(camera, |field| !LENS.contains(&field));
+        parts[Part::Lens as usize] = self.record(camera, |field| LENS.contains(&field));
+        parts[Part::Settings as usize] = self.record(render, |field| !INVISIBLE.contains(&field));
+        Outline { parts, cost: cost(render, tally) }
+    }
+
+    fn record(&self, record: &dyn Record, wanted: impl Fn(&str) -> bool) -> Digest {
+        let mut hasher = Hasher::default();
+        feed_record(record, wanted, &mut hasher, &mut |value, hasher| self.assets.feed(value, hasher));
+        hasher.finish()
+    }
+
+    /// What an entity adds to each part of a frame.
+    fn entity(&self, index: usize, bag: &Bag) -> Parts {
+        let mut parts = Parts::default();
+        let start = || {
+            let mut hasher = Hasher::default();
+            hasher.word(index as u64);
+            hasher
+        };
+        let mut presence = start();
+        presence.text(bag.name.as_deref().unwrap_or(""));
+        parts[Part::Geometry as usize] = presence.finish();
+        let shines = is_light(bag);
+        for component in bag.components() {
+            let mut add = |part: Part, wanted: &dyn Fn(&str) -> bool| {
+                let mut hasher = start();
+                feed_component(component, wanted, &mut hasher, &mut |value, hasher| self.assets.feed(value, hasher));
+                parts[part as usize] = parts[part as usize].with(hasher.finish());
+            };
+            match component.kind() {
+                Kind::PointLight | Kind::AreaLight => {
+                    add(Part::LightColors, &|field| field == "color");
+                    add(Part::Lights, &|field| field != "color");
+                }
+                Kind::Transform | Kind::Motion if shines => add(Part::Lights, &|_| true),
+                Kind::Transform | Kind::Motion => add(Part::Transforms, &|_| true),
+                Kind::MaterialName | Kind::Texture => add(Part::Materials, &|_| true),
+                _ => add(Part::Geometry, &|_| true),
+            }
+        }
+        parts
+    }
+}
+
+/// What a frame's edits leave in other hands than before.
+#[derive(Default)]
+struct Touched<'a> {
+    camera: Option<&'a Camera>,
+    render: Option<&'a Render>,
+    materials: BTreeMap<usize, &'a Material>,
+    /// Names of the materials that were added, in order.
+    added: Vec<&'a str>,
+    /// Entities as they are now, by their index; `None` are gone.
+    entities: BTreeMap<usize, Option<Bag>>,
+    spawned: usize,
+}
+
+impl<'a> Touched<'a> {
+    fn apply(&mut self, rest: &Scene, edit: &'a Edit) {
+        let mut bag = |index: usize, change: &dyn Fn(&mut Bag)| {
+            let known = self.entities.entry(index).or_insert_with(|| rest.entities.get(index).cloned());
+            known.iter_mut().for_each(change);
+        };
+        match edit {
+            Edit::Camera(camera) => self.camera = Some(camera),
+            Edit::Render(render) => self.render = Some(render),
+            Edit::Material { index, material } => drop(self.materials.insert(*index, material)),
+            Edit::AddMaterial { name, material } => {
+                self.materials.insert(rest.materials.len() + self.added.len(), material);
+                self.added.push(name);
+            }
+            Edit::Put { entity, component } => bag(*entity, &|bag| bag.put(component.clone())),
+            Edit::Take { entity, kind } => bag(*entity, &|bag| drop(bag.take(*kind))),
+            Edit::Spawn(bag) => {
+                self.entities.insert(rest.entities.len() + self.spawned, Some(bag.clone()));
+                self.spawned += 1;
+            }
+            Edit::Despawn { entity } => drop(self.entities.insert(*entity, None)),
+            Edit::Tags { .. } => {}
+        }
+    }
+}
+
+fn is_light(bag: &Bag) -> bool {
+    bag.get(Kind::PointLight).is_some() || bag.get(Kind::AreaLight).is_some()
+}
+
+fn worn_by(bag: &Bag) -> Option<&str> {
+    match bag.get(Kind::MaterialName) {
+        Some(Component::MaterialName(worn)) => Some(&worn.0),
+        _ => None,
+    }
+}
+
+fn material_digest(assets: &Assets, index: usize, name: &str, material: &Material) -> Digest {
+    let mut hasher = Hasher::default();
+    hasher.word(index as u64);
+    hasher.text(name);
+    feed_record(material, |_| true, &mut hasher, &mut |value, hasher| assets.feed(value, hasher));
+    hasher.finish()
+}
+
+fn count(tally: &mut Tally, bag: &Bag, sign: i64) {
+    tally.lights += sign * i64::from(is_light(bag));
+    let shapes = bag.components().iter().map(|component| match component {
+        Component::Mesh(mesh) => mesh.data.triangles.len() as i64,
+        Component::Sphere(_) | Component::Triangle(_) | Component::Plane(_) => 1,
+        Component::AABox(_) | Component::Cylinder(_) | Component::Cone(_) => 1,
+        _ => 0,
+    });
+    tally.primitives += sign * shapes.sum::<i64>();
+}
+
+/// Camera rays and the rays that follow from them, each as deep as the tree over the primitives.
+fn cost(render: &Render, tally: Tally) -> f64 {
+    let [width, height] = render.size.map(f64::from);
+    let strata = f64::from(render.strata());
+    let chain = match render.integrator {
+        Integrator::Path => f64::from(render.max_depth.min(6)),
+        _ => f64::from(render.max_depth.min(2)),
+    };
+    let rays = width * height * strata * strata * chain * (1.0 + tally.lights.max(0) as f64);
+    let depth = 64 - (tally.primitives.max(0) as u64).leading_zeros();
+    rays * f64::from(depth + 1) / 1e6
+}

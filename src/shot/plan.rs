@@ -1,0 +1,221 @@
+//! The plan of a run: every wanted frame as data, and what is there of it already.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::Shot;
+use super::outline::{Outline, Part};
+use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::digest::Digest;
+use crate::components::Scene;
+use crate::output::manifest::{Making, Manifest};
+use crate::output::names::Target;
+use crate::output::{State, look};
+use crate::systems;
+
+/// One wanted frame.
+#[derive(Clone, Debug)]
+pub struct Planned {
+    pub frame: u32,
+    pub file: PathBuf,
+    /// The frame as data, or its mistakes.
+    pub outline: Result<Outline, Diagnostics>,
+    /// Digest of all that decides its pixels.
+    pub hash: Digest,
+    /// What differs from the wanted frame before; `None` for the first, and behind a mistake.
+    pub changes: Option<Vec<Part>>,
+    /// The first frame of the plan with the same pixels, if it is another one.
+    pub twin: Option<u32>,
+    pub state: State,
+}
+
+impl Planned {
+    pub fn making(&self, source: &str) -> Making {
+        Making { source: source.to_string(), frame: self.frame, hash: self.hash }
+    }
+
+    /// What it costs beside its kin: only the first of equal frames is traced.
+    pub fn cost(&self) -> f64 {
+        match (&self.outline, self.twin) {
+            (Ok(outline), None) => outline.cost,
+            _ => 0.0,
+        }
+    }
+}
+
+/// The wanted frames in their order.
+pub struct Plan {
+    pub frames: Vec<Planned>,
+    pub target: Target,
+    /// Of the folder that the frames of a sequence go to.
+    pub manifest: Option<Manifest>,
+}
+
+/// So many frames, spread over the sequence, are tried before the others.
+const TRIED: usize = 8;
+/// When all that were tried are wrong and took longer than this, the others are not waited for.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// Entities that may be held once more for each further thread.
+const COPIED_ENTITIES: usize = 1_000_000;
+
+/// Evaluates frames; mistakes stay with their frames.
+///
+/// # Errors
+/// The mistakes of the first frame, if all frames have some.
+pub fn make(shot: &mut Shot, wanted: &[u32], target: Target) -> Result<Plan, Diagnostics> {
+    let outlines = evaluate(shot, wanted, Some(&target))?;
+    let mut before = None;
+    let mut frames: Vec<Planned> = Vec::with_capacity(wanted.len());
+    for (frame, outline) in wanted.iter().zip(outlines) {
+        let now = outline.as_ref().ok().copied();
+        let changes = now.zip(before).map(|(now, before): (Outline, Outline)| now.changes(&before));
+        before = now;
+        let hash = now.map(|outline| outline.hash()).unwrap_or_default();
+        let file = target.path(*frame);
+        frames.push(Planned { frame: *frame, file, outline, hash, changes, twin: None, state: State::Missing });
+    }
+    find_twins(&mut frames);
+    let manifest = target.folder().map(|folder| Manifest::read(&folder));
+    Ok(Plan { frames, target, manifest })
+}
+
+impl Plan {
+    /// Keeps the i-th of n parts that follow each other and cost about the same; together they are the whole.
+    ///
+    /// It depends on the plan alone, not on what is there already: n processes agree on it.
+    pub fn keep_shard(&mut self, i: u32, n: u32) {
+        let total: f64 = self.frames.iter().map(|planned| planned.cost() + WRITING).sum();
+        let mut reached = 0.0;
+        self.frames.retain(|planned| {
+            let cost = planned.cost() + WRITING;
+            let middle = (reached + cost / 2.0) / total;
+            reached += cost;
+            // Rounding may carry the last one over the end.
+            let shard = ((middle * f64::from(n)) as u32).min(n - 1);
+            shard + 1 == i
+        });
+        find_twins(&mut self.frames);
+    }
+
+    /// Looks at what is there under the names of the frames.
+    pub fn look(&mut self, source: &str) {
+        let manifest = self.manifest.as_ref();
+        self.frames.par_iter_mut().filter(|planned| planned.outline.is_ok()).for_each(|planned| {
+            let known = manifest.and_then(|manifest| manifest.get(&planned.file));
+            planned.state = look(&planned.file, known, &planned.making(source));
+        });
+    }
+
+    /// Frames with mistakes, with their numbers.
+    pub fn mistakes(&self) -> impl Iterator<Item = (u32, &Diagnostics)> {
+        self.frames.iter().filter_map(|planned| Some((planned.frame, planned.outline.as_ref().err()?)))
+    }
+
+    /// The folder of the frames, or that of the one picture.
+    pub fn folder(&self) -> PathBuf {
+        let first = self.frames.first().map_or(Path::new(""), |planned| &planned.file);
+        self.target.folder().unwrap_or_else(|| crate::output::folder_of(first).to_path_buf())
+    }
+}
+
+/// What a frame costs that is not traced.
+const WRITING: f64 = 0.1;
+
+fn find_twins(frames: &mut [Planned]) {
+    let mut first: FxHashMap<Digest, u32> = FxHashMap::default();
+    for planned in frames.iter_mut().filter(|planned| planned.outline.is_ok()) {
+        let known = *first.entry(planned.hash).or_insert(planned.frame);
+        planned.twin = (known != planned.frame).then_some(known);
+    }
+}
+
+/// Sees to it that every one of these frames can be rendered.
+///
+/// # Errors
+/// The mistakes of the first frame that has any.
+pub fn check(shot: &mut Shot, frames: &[u32]) -> Result<(), Diagnostics> {
+    evaluate(shot, frames, None)?.into_iter().try_for_each(|outline| outline.map(drop))
+}
+
+fn evaluate(
+    shot: &mut Shot,
+    wanted: &[u32],
+    target: Option<&Target>,
+) -> Result<Vec<Result<Outline, Diagnostics>>, Diagnostics> {
+    let start = Instant::now();
+    let spread = |i: usize| wanted[i * (wanted.len() - 1) / (TRIED - 1)];
+    let tried: Vec<u32> = if wanted.len() > TRIED { (0..TRIED).map(spread).collect() } else { wanted.to_vec() };
+    let mut known: FxHashMap<u32, Result<Outline, Diagnostics>> = FxHashMap::default();
+    for frame in tried {
+        known.insert(frame, shot.input.evaluate(&mut shot.stage, frame, target));
+        if start.elapsed() > PATIENCE && known.values().all(Result::is_err) {
+            return Err(known.remove(&wanted[0]).and_then(Result::err).unwrap_or_default());
+        }
+    }
+    let mut outlines = rest_of(shot, wanted, known, target);
+    if !outlines.is_empty() && outlines.iter().all(Result::is_err) {
+        return Err(outlines.swap_remove(0).err().unwrap_or_default());
+    }
+    Ok(outlines)
+}
+
+/// Evaluates what is not known yet, on all threads if it is much.
+fn rest_of(
+    shot: &mut Shot,
+    wanted: &[u32],
+    known: FxHashMap<u32, Result<Outline, Diagnostics>>,
+    target: Option<&Target>,
+) -> Vec<Result<Outline, Diagnostics>> {
+    let Shot { stage, input, .. } = shot;
+    let one = |stage: &mut systems::Stage, frame: &u32| match known.get(frame) {
+        Some(outline) => outline.clone(),
+        None => input.evaluate(stage, *frame, target),
+    };
+    let copies = COPIED_ENTITIES / (stage.entity_count() + 1) + 1;
+    let workers = rayon::current_num_threads().min(wanted.len() / 32).min(copies);
+    let Some((_, scene)) = input.program.as_ref().filter(|_| workers > 1) else {
+        return wanted.iter().map(|frame| one(stage, frame)).collect();
+    };
+    let part = |frames: &[u32]| match systems::spawn(Scene::clone(scene)) {
+        Ok(mut copy) => frames.iter().map(|frame| one(&mut copy, frame)).collect::<Vec<_>>(),
+        Err(problems) => frames.iter().map(|_| Err(problems.clone())).collect(),
+    };
+    let parts: Vec<_> = wanted.par_chunks(wanted.len().div_ceil(workers)).map(part).collect();
+    parts.into_iter().flatten().collect()
+}
+
+/// What is wrong with some frames, for people: the first few mistakes, then how many frames there are.
+pub fn summary(plan: &Plan) -> Diagnostics {
+    let mut shown = Diagnostics::default();
+    let mut numbers = Vec::new();
+    for (frame, problems) in plan.mistakes() {
+        if numbers.len() < SHOWN {
+            shown.0.extend(problems.0.iter().cloned());
+        }
+        numbers.push(frame);
+    }
+    if numbers.len() > SHOWN {
+        let more = format!("{} of {} frames have mistakes: {}", numbers.len(), plan.frames.len(), ranges(&numbers));
+        shown.push(Diagnostic::error(more));
+    }
+    shown
+}
+
+/// Frames of which the mistakes are shown.
+const SHOWN: usize = 3;
+
+/// Ascending numbers as `1-4, 7`.
+pub fn ranges(numbers: &[u32]) -> String {
+    let runs = numbers.chunk_by(|a, b| a + 1 == *b).map(|run| match run {
+        [one] => one.to_string(),
+        _ => format!("{}-{}", run[0], run[run.len() - 1]),
+    });
+    let runs: Vec<String> = runs.collect();
+    match runs.len() {
+        0..=20 => runs.join(", "),
+        _ => format!("{}, ...", runs[..20].join(", ")),
+    }
+}

@@ -1,0 +1,117 @@
+//! World -> the textures that entities wear, and where each entity's local space stands.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, Vec3};
+use rustc_hash::FxHashMap;
+
+use super::hierarchy::Placement;
+use super::stage::{Absent, Order, Stage};
+use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::components::*;
+use crate::load::image;
+use crate::trace::geometry::{Bounds, Frame, Map};
+use crate::trace::texture::{Dress, Layer, Skins};
+
+/// Every texture of the World, called for with who has it and whether it is of colours.
+fn each_texture(
+    stage: &Stage,
+    mut call: impl FnMut(&Texture, bool, &dyn Fn() -> String) -> Result<(), Diagnostic>,
+) -> Result<(), Diagnostic> {
+    for (i, entity) in stage.materials.iter().enumerate() {
+        let Ok(material) = stage.world.get::<&Material>(*entity) else { continue };
+        for (field, texture, coloured) in material.maps() {
+            let name = || stage.material_names.iter().find(|(_, index)| **index == i).map_or("", |(name, _)| name);
+            call(texture, coloured, &|| format!("`{field}` of material `{}`", name()))?;
+        }
+    }
+    let mut query = stage.world.query::<(&Order, &Texture)>().without::<&Absent>();
+    let mut found: Vec<_> = query.iter().collect();
+    found.sort_by_key(|(order, _)| **order);
+    for (order, texture) in found {
+        call(texture, true, &|| format!("texture of {}", stage.label(order.0 as usize)))?;
+    }
+    Ok(())
+}
+
+/// Reads the pictures that textures name, those that are not yet there.
+///
+/// # Errors
+/// A picture that cannot be read, and who names it.
+pub fn read_pictures(stage: &mut Stage) -> Result<(), Diagnostics> {
+    let mut pictures = std::mem::take(&mut stage.kept.pictures);
+    let curved = stage.settings().transfer == Transfer::Srgb;
+    let read = each_texture(stage, |texture, coloured, owner| {
+        let Some(file) = &texture.image else { return Ok(()) };
+        let fetched = image::fetch(&mut pictures, &stage.base, file, texture.decodes(coloured && curved));
+        fetched.map(|_| ()).map_err(|e| Diagnostic { message: format!("{}: {}", owner(), e.message), ..e })
+    });
+    stage.kept.pictures = pictures;
+    read.map_err(Diagnostics::from)
+}
+
+/// What every entity wears: the maps of its material, and its own texture over them.
+///
+/// # Errors
+/// As [`read_pictures`].
+pub fn skins(stage: &mut Stage) -> Result<Skins, Diagnostics> {
+    read_pictures(stage)?;
+    let stage = &*stage;
+    let curved = stage.settings().transfer == Transfer::Srgb;
+    let layer = |texture: &Texture, coloured: bool| {
+        let picture =
+            |file: &Text| stage.kept.pictures.0.get(&(file.clone(), texture.decodes(coloured && curved))).cloned();
+        Layer::new(texture, texture.image.as_ref().and_then(picture))
+    };
+    let of_material = |entity: &hecs::Entity| {
+        let material = stage.world.get::<&Material>(*entity).ok();
+        material.map_or_else(Dress::default, |material| {
+            let one = |map: &Option<Box<Texture>>, coloured| map.as_deref().map(|texture| layer(texture, coloured));
+            Dress {
+                color: one(&material.color_map, true).into_iter().collect(),
+                specular: one(&material.specular_map, true),
+                roughness: one(&material.roughness_map, false),
+                bump: one(&material.bump, false),
+                normal: one(&material.normal_map, false),
+            }
+        })
+    };
+    let dresses: Vec<Dress> = stage.materials.iter().map(of_material).collect();
+    let mut skins = Skins::default();
+    let of_material: Vec<Option<u32>> =
+        dresses.iter().map(|dress| (!dress.is_empty()).then(|| skins.add(dress.clone()))).collect();
+    type Parts<'q> =
+        (&'q Order, Option<&'q Texture>, Option<&'q MaterialName>, Option<&'q Placement>, Option<&'q Mesh>);
+    let textured = of_material.iter().any(Option::is_some);
+    if !textured && stage.world.query::<&Texture>().iter().next().is_none() {
+        return Ok(skins);
+    }
+    let mut query = stage.world.query::<Parts>().without::<&Absent>();
+    let mut found: Vec<_> = query.iter().filter(|(_, texture, ..)| textured || texture.is_some()).collect();
+    found.sort_by_key(|(order, ..)| **order);
+    // Entities that are textured alike share what they wear.
+    let mut own: FxHashMap<(Option<usize>, String), u32> = FxHashMap::default();
+    for (order, texture, worn, placement, mesh) in found {
+        let material = worn.and_then(|name| stage.material_names.get(&name.0).copied());
+        let dress = match texture {
+            None => material.and_then(|i| of_material[i]),
+            Some(texture) => Some(*own.entry((material, format!("{texture:?}"))).or_insert_with(|| {
+                let mut dress = material.map_or_else(Dress::default, |i| dresses[i].clone());
+                dress.color.push(layer(texture, true));
+                skins.add(dress)
+            })),
+        };
+        if let Some(dress) = dress {
+            skins.put(order.0, frame(placement, mesh), dress);
+        }
+    }
+    Ok(skins)
+}
+
+/// The local space of an entity, as `extract` has it.
+fn frame(placement: Option<&Placement>, mesh: Option<&Mesh>) -> Frame {
+    let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
+    let bare = mesh.filter(|mesh| mesh.data.uvs.is_empty());
+    let center = bare.map(|mesh: &Mesh| -> Vec3 { Bounds::around(&Arc::clone(&mesh.data).vertices).center() });
+    Frame { map: Map::new(&map), center }
+}

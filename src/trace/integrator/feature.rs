@@ -1,0 +1,28 @@
+//! What a camera ray meets first, for the film's layers.
+
+use glam::Vec3;
+
+use super::View;
+use super::wave::Encounter;
+use crate::film::Feature;
+use crate::trace::surfacing::Surfacing;
+
+/// The feature of a camera ray's encounter.
+pub fn seen(view: View, met: &Encounter) -> Feature {
+    Feature {
+        depth: view.camera.depth(met.surface.point),
+        point: met.surface.point,
+        normal: met.surface.shading_normal,
+        albedo: albedo(met.material),
+        entity: met.surface.entity,
+        material: met.surface.material,
+    }
+}
+
+/// Share of white light that comes back. Glass counts as white: what is seen through it has colours of its own.
+fn albedo(material: &Surfacing) -> Vec3 {
+    if material.transmission > 0.0 {
+        return Vec3::ONE;
+    }
+    (material.diffuse + material.mirror_color * material.reflection).clamp(Vec3::ZERO, Vec3::ONE)
+}
