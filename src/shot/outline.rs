@@ -88,6 +88,20 @@ impl Outline {
         hasher.finish()
     }
 
+    /// A frame of several moments, one at least; what times they are follows from camera and settings.
+    pub fn together(moments: &[Outline]) -> Outline {
+        let first = moments.first().copied().unwrap_or(Outline { parts: Parts::default(), cost: 0.0 });
+        if moments.len() <= 1 {
+            return first;
+        }
+        let mut hashers: [Hasher; Part::ALL.len()] = Default::default();
+        for moment in moments {
+            hashers.iter_mut().zip(moment.parts).for_each(|(hasher, part)| hasher.digest(part));
+        }
+        // Moments share the samples, and with them the cost.
+        Outline { parts: hashers.map(|hasher| hasher.finish()), ..first }
+    }
+
     /// The parts in which two frames differ.
     pub fn changes(&self, before: &Outline) -> Vec<Part> {
         Part::ALL.into_iter().filter(|part| self.parts[*part as usize] != before.parts[*part as usize]).collect()
@@ -141,6 +155,10 @@ impl Rest {
             *materials = materials.with(material_digest(&rest.assets, index, name, material));
         }
         rest
+    }
+
+    pub fn camera(&self) -> &Camera {
+        &self.scene.camera
     }
 
     /// For a scene whose entities and materials are never edited: their digests are all that is kept.

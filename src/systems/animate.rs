@@ -36,7 +36,8 @@ pub fn animate(stage: &mut Stage, edits: Vec<Edit>) -> Result<Undo, Diagnostics>
         .try_for_each(|edit| apply(stage, edit).map(|inverse| done.0.push(inverse)))
         .map_err(Diagnostics::from)
         .and_then(|()| hierarchy::update(stage))
-        .and_then(|()| extract::check_materials(stage));
+        .and_then(|()| if stage.kept.stale_clothes { extract::check_materials(stage) } else { Ok(()) });
+    stage.kept.stale_clothes = false;
     match applied {
         Ok(()) => Ok(done),
         Err(problems) => {
@@ -79,7 +80,7 @@ fn apply(stage: &mut Stage, edit: Edit) -> Result<Inverse, Diagnostic> {
             let kind = component.kind();
             component.record().check().map_err(|e| spawn::invalid(&stage.label(entity), kind.name(), e))?;
             let id = stage.live(entity).ok_or_else(|| gone(entity))?;
-            touch(stage, kind);
+            touch(stage, entity, Some(&component), kind);
             match put(&mut stage.world, id, component) {
                 Some(old) => Inverse::Put(entity, old),
                 None => Inverse::Take(entity, kind),
@@ -87,7 +88,7 @@ fn apply(stage: &mut Stage, edit: Edit) -> Result<Inverse, Diagnostic> {
         }
         Edit::Take { entity, kind } => {
             let id = stage.live(entity).ok_or_else(|| gone(entity))?;
-            touch(stage, kind);
+            touch(stage, entity, None, kind);
             match take(&mut stage.world, id, kind) {
                 Some(old) => Inverse::Put(entity, old),
                 None => Inverse::Take(entity, kind),
@@ -134,11 +135,11 @@ fn revert(stage: &mut Stage, inverse: Inverse) {
             }
         }
         Inverse::Put(index, component) => {
-            touch(stage, component.kind());
+            touch(stage, index, Some(&component), component.kind());
             put(&mut stage.world, stage.entities[index], component);
         }
         Inverse::Take(index, kind) => {
-            touch(stage, kind);
+            touch(stage, index, None, kind);
             take(&mut stage.world, stage.entities[index], kind);
         }
         Inverse::Tags(index, tags) => drop(set_tags(stage, index, tags)),
@@ -160,8 +161,6 @@ fn revert(stage: &mut Stage, inverse: Inverse) {
 
 fn set_camera(stage: &mut Stage, camera: Camera) -> Camera {
     let old = stage.camera();
-    // Entities in motion stand where they are when the shutter opens.
-    stage.kept.stale_geometry |= old.shutter != camera.shutter;
     let _ = stage.world.insert_one(stage.camera, camera);
     old
 }
@@ -191,16 +190,34 @@ fn set_tags(stage: &mut Stage, index: usize, tags: Vec<Text>) -> Vec<Text> {
     old
 }
 
-/// Marks what a change to a component of this kind may have made stale.
-fn touch(stage: &mut Stage, kind: Kind) {
+/// Marks what a change to a component of this kind may have made stale; `now` is what it becomes, if it stays.
+fn touch(stage: &mut Stage, entity: usize, now: Option<&Component>, kind: Kind) {
     match kind {
-        Kind::Transform => touch_all(stage),
+        Kind::Transform => {
+            let before = stage.world.get::<&Transform>(stage.entities[entity]).ok().and_then(|t| t.parent.clone());
+            let now = match now {
+                Some(Component::Transform(transform)) => transform.parent.as_ref(),
+                _ => None,
+            };
+            stage.kept.stale_geometry = true;
+            if before.as_ref() == now {
+                stage.kept.moved.push(entity);
+            } else {
+                stage.kept.stale_hierarchy = true;
+            }
+        }
+        Kind::Motion => touch_all(stage),
         Kind::PointLight | Kind::AreaLight | Kind::Texture => {}
+        Kind::MaterialName => {
+            stage.kept.stale_clothes = true;
+            stage.kept.stale_geometry = true;
+        }
         _ => stage.kept.stale_geometry = true,
     }
 }
 
 fn touch_all(stage: &mut Stage) {
+    stage.kept.stale_clothes = true;
     stage.kept.stale_hierarchy = true;
     stage.kept.stale_geometry = true;
 }

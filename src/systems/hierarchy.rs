@@ -1,11 +1,12 @@
-//! Transforms and parents -> placements in the world.
+//! Transforms, parents and motion -> placements in the world.
 
 use glam::DAffine3;
+use rustc_hash::FxHashMap;
 
 use super::stage::Stage;
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::limits;
-use crate::components::Transform;
+use crate::components::{Motion, Transform};
 
 /// Map from an entity's local space to the world; entities without one stand in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,39 +21,86 @@ enum Progress {
     Done(DAffine3),
 }
 
-/// Brings the placement of every entity with a transform up to date, if an edit may have changed one.
+/// Brings the placement of every entity with a transform or in motion up to date, if an edit may have changed one.
 ///
 /// # Errors
 /// An unknown or removed parent, a cycle of parents, a chain of parents over the limit.
 pub fn update(stage: &mut Stage) -> Result<(), Diagnostics> {
     if !stage.kept.stale_hierarchy {
+        let moved = std::mem::take(&mut stage.kept.moved);
+        moved.into_iter().for_each(|index| move_with_children(stage, index));
         return Ok(());
     }
     let mut progress = vec![Progress::Waiting; stage.entities.len()];
     let mut chain = Vec::new();
+    let mut children: FxHashMap<usize, Vec<usize>> = FxHashMap::default();
     for index in 0..stage.entities.len() {
-        place(stage, index, &mut progress, &mut chain)?;
+        place(stage, index, &mut progress, &mut chain, &mut children)?;
     }
     for (index, state) in progress.into_iter().enumerate() {
-        let entity = stage.entities[index];
-        let has_transform = stage.world.get::<&Transform>(entity).is_ok();
-        match state {
-            Progress::Done(matrix) if has_transform => {
-                if let Ok(mut slot) = stage.world.get::<&mut Placement>(entity) {
-                    slot.0 = matrix;
-                    continue;
-                }
-                let _ = stage.world.insert_one(entity, Placement(matrix));
-            }
-            _ => drop(stage.world.remove_one::<Placement>(entity)),
-        }
+        let placement = match state {
+            Progress::Done(matrix) => Some(matrix),
+            Progress::Waiting | Progress::Open => None,
+        };
+        put_placement(stage, index, placement);
     }
+    stage.kept.children = children;
+    stage.kept.moved.clear();
     stage.kept.stale_hierarchy = false;
     Ok(())
 }
 
+/// Only what has a transform or is in motion has a placement.
+fn put_placement(stage: &mut Stage, index: usize, placement: Option<DAffine3>) {
+    let entity = stage.entities[index];
+    let is_placed = stage.world.satisfies::<hecs::Or<&Transform, &Motion>>(entity);
+    match placement.filter(|_| is_placed) {
+        Some(matrix) => {
+            if let Ok(mut slot) = stage.world.get::<&mut Placement>(entity) {
+                slot.0 = matrix;
+                return;
+            }
+            let _ = stage.world.insert_one(entity, Placement(matrix));
+        }
+        None => drop(stage.world.remove_one::<Placement>(entity)),
+    }
+}
+
+/// Places an entity whose numbers changed and not its parent, and all that stand in its space.
+///
+/// Should one above it have moved as well, that one brings it along when it is its turn.
+fn move_with_children(stage: &mut Stage, index: usize) {
+    let mut open = vec![index];
+    while let Some(index) = open.pop() {
+        let above = parent_of(stage, index).ok().flatten().map(|parent| stage.entities[parent]);
+        let above = above.and_then(|parent| stage.world.get::<&Placement>(parent).ok().map(|p| p.0));
+        let placement = below(stage, index, above.unwrap_or(DAffine3::IDENTITY));
+        put_placement(stage, index, Some(placement));
+        open.extend(stage.kept.children.get(&index).into_iter().flatten());
+    }
+}
+
+/// The space of an entity that stands in the space `above`.
+fn below(stage: &Stage, index: usize, above: DAffine3) -> DAffine3 {
+    let entity = stage.entities[index];
+    let mut matrix = above;
+    if let Ok(transform) = stage.world.get::<&Transform>(entity) {
+        matrix *= transform.matrix();
+    }
+    if let Ok(motion) = stage.world.get::<&Motion>(entity) {
+        matrix.translation += motion.at(stage.time);
+    }
+    matrix
+}
+
 /// Walks from `index` up to the first entity that is placed, then back down.
-fn place(stage: &Stage, index: usize, progress: &mut [Progress], chain: &mut Vec<usize>) -> Result<(), Diagnostic> {
+fn place(
+    stage: &Stage,
+    index: usize,
+    progress: &mut [Progress],
+    chain: &mut Vec<usize>,
+    children: &mut FxHashMap<usize, Vec<usize>>,
+) -> Result<(), Diagnostic> {
     chain.clear();
     let mut at = Some(index);
     let mut matrix = DAffine3::IDENTITY;
@@ -72,11 +120,12 @@ fn place(stage: &Stage, index: usize, progress: &mut [Progress], chain: &mut Vec
             return Err(Diagnostic::error(message));
         }
         at = parent_of(stage, here)?;
+        if let Some(parent) = at {
+            children.entry(parent).or_default().push(here);
+        }
     }
     for here in chain.drain(..).rev() {
-        if let Ok(transform) = stage.world.get::<&Transform>(stage.entities[here]) {
-            matrix *= transform.matrix();
-        }
+        matrix = below(stage, here, matrix);
         progress[here] = Progress::Done(matrix);
     }
     Ok(())

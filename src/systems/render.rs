@@ -8,11 +8,12 @@ use rayon::prelude::*;
 use super::stage::{AccelKey, Kept, Stage};
 use super::{extract, hierarchy, lens, lights, skins};
 use crate::base::diagnostics::Diagnostics;
-use crate::components::{Render, Transfer};
+use crate::components::{Integrator, Render, Transfer};
 use crate::film::{Film, FilterTable, Gather, Tally, denoise};
 use crate::load::image;
 use crate::trace::environment::{Environment, Source};
-use crate::trace::integrator::{Settings, View, expose};
+use crate::trace::integrator::{self, Settings, Share, View};
+use crate::trace::lights::Lights;
 use crate::trace::{Accelerator, Counters, Worker};
 
 /// Side of a tile in pixels: small enough to share out evenly, large enough for neighbours to share cells.
@@ -30,7 +31,49 @@ pub struct FrameStats {
     pub render_seconds: f64,
 }
 
-/// Renders the World as it stands; `None` if `cancel` was raised.
+/// A frame while it is exposed: sums of samples, and what they cost so far.
+#[derive(Default)]
+pub struct Exposure {
+    plate: Option<Plate>,
+    stats: FrameStats,
+}
+
+/// What a frame's first share lays down for all of them.
+struct Plate {
+    size: [u32; 2],
+    gather: Gather,
+    denoise: bool,
+    /// One for each tile.
+    tallies: Vec<Tally>,
+}
+
+impl Exposure {
+    /// The frame as means of its samples; `None` before its first share.
+    pub fn develop(self) -> Option<(Film, FrameStats)> {
+        let Plate { size, gather, denoise: wanted, tallies } = self.plate?;
+        let mut film = develop(size, gather, &tallies);
+        if wanted {
+            denoise(&mut film);
+        }
+        Some((film, self.stats))
+    }
+}
+
+impl Plate {
+    fn new(settings: &Render, filter: &FilterTable) -> Self {
+        let size = settings.size;
+        let gather = Gather {
+            clamp: settings.clamp.map(|c| c as f32),
+            signed: filter.is_signed(),
+            moments: settings.gathers_moments(),
+            features: settings.gathers_features(),
+        };
+        let tally = |tile| Tally::new(places(tile, size).len(), gather);
+        Plate { size, gather, denoise: settings.denoise, tallies: (0..tile_count(size)).map(tally).collect() }
+    }
+}
+
+/// Renders the World as it stands, all samples at this one moment; `None` if `cancel` was raised.
 ///
 /// `progress(done, total)` counts tiles and is called from any thread.
 ///
@@ -41,21 +84,47 @@ pub fn render(
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Option<(Film, FrameStats)>, Diagnostics> {
+    let mut exposure = Exposure::default();
+    let whole = expose(stage, Share::WHOLE, &mut exposure, cancel, progress)?;
+    Ok(exposure.develop().filter(|_| whole))
+}
+
+/// Adds a share of the samples of every pixel, at the moment at which the World stands; false if `cancel` was raised.
+///
+/// Shares are exposed in their order, under the same settings of the picture: sums are taken in that order, and the
+/// seed that follows from the camera's pose is that of the first. Otherwise as [`render`].
+///
+/// # Errors
+/// As [`render`].
+pub fn expose(
+    stage: &mut Stage,
+    share: Share,
+    exposure: &mut Exposure,
+    cancel: &AtomicBool,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<bool, Diagnostics> {
     let start = Instant::now();
     hierarchy::update(stage)?;
     let rebuilt = extract::update(stage)?;
     accelerate(stage, rebuilt);
     let settings = stage.settings();
-    let seed = settings.seed.unwrap_or_else(|| lens::pose_seed(&stage.camera()));
-    let resolved = Settings::new(&settings, seed);
+    if exposure.plate.is_none() {
+        exposure.stats.seed = settings.seed.unwrap_or_else(|| lens::pose_seed(&stage.camera()));
+    }
+    let resolved = Settings::new(&settings, exposure.stats.seed);
     let mut camera = lens::camera_rays(stage, settings.size)?;
     if !resolved.lens {
         camera = camera.pinhole();
     }
-    let environment = surround(stage, &settings)?;
+    let mut environment = surround(stage, &settings)?;
+    if let Some(environment) = environment.as_mut().filter(|_| resolved.integrator == Integrator::Path) {
+        environment.prepare();
+    }
     let skins = skins::skins(stage)?;
-    let (materials, lights) = (extract::materials(stage), lights::lights(stage));
-    let Some((_, accelerator)) = &stage.kept.accelerator else { return Ok(None) };
+    let materials = extract::materials(stage);
+    let geometry = &stage.kept.geometry;
+    let lights = Lights::new(lights::lights(stage), geometry, &materials).under(environment.as_ref(), geometry);
+    let Some((_, accelerator)) = &stage.kept.accelerator else { return Ok(false) };
     let filter = FilterTable::new(settings.filter, settings.filter_width());
     let view = View {
         geometry: &stage.kept.geometry,
@@ -70,25 +139,14 @@ pub fn render(
         width: settings.size[0],
     };
     let built = Instant::now();
-    let gather = Gather {
-        clamp: settings.clamp.map(|c| c as f32),
-        signed: filter.is_signed(),
-        moments: settings.gathers_moments(),
-        features: settings.gathers_features(),
-    };
-    let Some((tiles, counters)) = tiles(view, settings.size, gather, cancel, progress) else { return Ok(None) };
-    let mut film = develop(settings.size, gather, &tiles);
-    if settings.denoise {
-        denoise(&mut film);
-    }
-    let stats = FrameStats {
-        counters,
-        accel: accelerator.name(),
-        seed,
-        build_seconds: (built - start).as_secs_f64(),
-        render_seconds: built.elapsed().as_secs_f64(),
-    };
-    Ok(Some((film, stats)))
+    let plate = exposure.plate.get_or_insert_with(|| Plate::new(&settings, &filter));
+    let Some(counters) = tiles(view, share, plate, cancel, progress) else { return Ok(false) };
+    let stats = &mut exposure.stats;
+    stats.counters += counters;
+    stats.accel = accelerator.name();
+    stats.build_seconds += (built - start).as_secs_f64();
+    stats.render_seconds += built.elapsed().as_secs_f64();
+    Ok(true)
 }
 
 /// Forgets what is kept between frames, as after work that fell over halfway.
@@ -134,32 +192,30 @@ fn accelerate(stage: &mut Stage, rebuilt: bool) {
     }
 }
 
-/// Traces all tiles, in the order that they are counted in, each into a tally of its own.
+/// Adds a share of all samples, each tile to the tally of its own.
 fn tiles(
     view: View,
-    size: [u32; 2],
-    gather: Gather,
+    share: Share,
+    plate: &mut Plate,
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
-) -> Option<(Vec<Tally>, Counters)> {
-    let total = tile_count(size);
-    let done = AtomicUsize::new(0);
-    let trace = |worker: &mut Worker, index: usize| -> Option<(Tally, Counters)> {
+) -> Option<Counters> {
+    let (size, total) = (plate.size, plate.tallies.len());
+    let done = AtomicUsize::new(total * share.index as usize);
+    let trace = |worker: &mut Worker, (index, tally): (usize, &mut Tally)| -> Option<Counters> {
         if cancel.load(Ordering::Relaxed) {
             return None;
         }
-        let places = places(index, size);
-        let mut tally = Tally::new(places.len(), gather);
         worker.start_tile();
-        expose(view, &places, &mut tally, worker);
-        progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-        Some((tally, std::mem::take(&mut worker.counters)))
+        integrator::expose(view, &places(index, size), share, tally, worker);
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1, total * share.of as usize);
+        Some(std::mem::take(&mut worker.counters))
     };
-    let traced: Option<Vec<_>> = (0..total).into_par_iter().map_init(Worker::default, trace).collect();
-    let (tallies, costs): (Vec<Tally>, Vec<Counters>) = traced?.into_iter().unzip();
+    let traced: Option<Vec<Counters>> =
+        plate.tallies.par_iter_mut().enumerate().map_init(Worker::default, trace).collect();
     let mut counters = Counters::default();
-    costs.into_iter().for_each(|cost| counters += cost);
-    Some((tallies, counters))
+    traced?.into_iter().for_each(|cost| counters += cost);
+    Some(counters)
 }
 
 /// The means of what the tiles of a picture add up to.

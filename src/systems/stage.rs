@@ -42,6 +42,8 @@ pub struct Stage {
     pub(super) names: FxHashMap<Text, usize>,
     pub(super) material_names: FxHashMap<Text, usize>,
     pub(super) base: PathBuf,
+    /// Where entities with `motion` are, in the units of the camera's shutter.
+    pub(super) time: f64,
     pub(super) kept: Kept,
 }
 
@@ -56,6 +58,12 @@ pub(super) struct Kept {
     pub pictures: Pictures,
     /// Placements may be out of date.
     pub stale_hierarchy: bool,
+    /// Authored indices of the entities that stand in the space of another, by that one.
+    pub children: FxHashMap<usize, Vec<usize>>,
+    /// Entities whose transforms changed and whose parents did not: they and their children may be out of place.
+    pub moved: Vec<usize>,
+    /// Materials that entities wear may not exist.
+    pub stale_clothes: bool,
     /// Columns of primitives may be out of date.
     pub stale_geometry: bool,
 }
@@ -74,6 +82,15 @@ impl Stage {
 
     pub fn settings(&self) -> Render {
         copy(&self.world, self.settings)
+    }
+
+    /// Sets the time that entities with `motion` go by, in the units of the camera's shutter.
+    pub fn set_time(&mut self, time: f64) {
+        if self.time != time && self.world.query::<&Motion>().iter().next().is_some() {
+            self.kept.stale_hierarchy = true;
+            self.kept.stale_geometry = true;
+        }
+        self.time = time;
     }
 
     /// Number of entities, those included that a frame has removed.

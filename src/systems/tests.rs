@@ -127,6 +127,37 @@ fn what_an_edit_leaves_alone_is_not_rebuilt() {
 }
 
 #[test]
+fn entities_that_move_stand_where_a_new_world_has_them() {
+    let turned = |parent: Option<&str>| Transform {
+        rotation: DVec3::new(9.0, 40.0, -0.0),
+        translation: DVec3::X,
+        parent: parent.map(Text::from),
+        ..Transform::default()
+    };
+    let placements = |stage: &Stage| {
+        let all = stage.entities.iter();
+        all.map(|e| stage.world.get::<&Placement>(*e).ok().map(|p| *p)).collect::<Vec<_>>()
+    };
+    let mut stage = spawn(scene()).unwrap();
+    // `c` stands in the space of `b`, and `b` in that of `a`.
+    for edits in [
+        vec![put(0, turned(None))],
+        vec![put(1, turned(Some("a"))), put(0, turned(None))],
+        vec![put(2, turned(Some("a"))), put(0, turned(None))],
+        vec![put(1, turned(None)), put(3, turned(Some("c")))],
+        vec![Edit::Take { entity: 0, kind: Kind::Transform }, put(3, turned(None))],
+        vec![Edit::Take { entity: 1, kind: Kind::Transform }],
+        vec![Edit::Spawn(child("d", "c", [1.0; 3], 5.0)), put(2, turned(Some("b")))],
+    ] {
+        let taken_back = animate(&mut stage, edits).unwrap();
+        assert_eq!(placements(&stage), placements(&spawn(collect(&stage)).unwrap()));
+        undo(&mut stage, taken_back);
+        hierarchy::update(&mut stage).unwrap();
+        assert_eq!(placements(&stage), placements(&spawn(scene()).unwrap()));
+    }
+}
+
+#[test]
 fn a_mirrored_mesh_keeps_its_outside() {
     let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
     let one_sided = Material { two_sided: false, ..Material::default() };
