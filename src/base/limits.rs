@@ -71,6 +71,11 @@ pub const TEXT_BYTES: usize = 4_096;
 pub const GRID_CELLS: u64 = 1 << 27;
 /// Cells along one axis of the uniform grid: the walk's cost grows with it.
 pub const GRID_SIDE: u32 = 1_024;
+/// Cells of the uniform grid that a primitive is listed in, on average: small ones touch two or three, and where large
+/// ones stand among them the grid is made coarser rather than its lists longer.
+pub const GRID_LISTED: u64 = 8;
+/// The same for a grid inside of a cell: together at most 32 copies of a primitive, about a kilobyte.
+pub const GRID_LISTED_INSIDE: u64 = 4;
 
 /// Operations of one script function call (`setup` or one `frame`): about half a second of interpretation.
 pub const SCRIPT_OPERATIONS: u64 = 10_000_000;
