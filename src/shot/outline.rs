@@ -8,6 +8,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -70,10 +71,24 @@ impl Part {
 
 type Parts = [Digest; Part::ALL.len()];
 
-/// A frame, known by its parts.
+/// The colour of a light in a frame that makes it differ from the scene that frames start from.
 #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lamp {
+    /// Authored index of its entity.
+    pub entity: usize,
+    /// Which light of the entity.
+    pub kind: Kind,
+    pub color: DVec3,
+}
+
+/// A frame, known by its parts.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
     parts: Parts,
+    /// Lights of other colours than at rest, in the order of their entities.
+    pub lamps: Vec<Lamp>,
+    /// Whether the picture is a sum over lights, as far as its settings go.
+    pub is_sum: bool,
     /// What tracing it is estimated to cost: millions of steps of rays.
     pub cost: f64,
 }
@@ -86,6 +101,13 @@ impl Outline {
         hasher.word(PICTURES.into());
         self.parts.iter().for_each(|part| hasher.digest(*part));
         hasher.finish()
+    }
+
+    /// The digest of all but the colours of lights.
+    pub fn hash_without_colors(&self) -> Digest {
+        let mut parts = self.parts;
+        parts[Part::LightColors as usize] = Digest::default();
+        Outline { parts, lamps: Vec::new(), ..*self }.hash()
     }
 
     /// The parts in which two frames differ.
@@ -199,7 +221,22 @@ impl Rest {
         parts[Part::Camera as usize] = self.record(camera, |field| !LENS.contains(&field));
         parts[Part::Lens as usize] = self.record(camera, |field| LENS.contains(&field));
         parts[Part::Settings as usize] = self.record(render, |field| !INVISIBLE.contains(&field));
-        Outline { parts, cost: cost(render, tally) }
+        let is_sum = is_sum(camera, render);
+        let lamps = if is_sum { self.lamps(&touched) } else { Vec::new() };
+        Outline { parts, lamps, is_sum, cost: cost(render, tally) }
+    }
+
+    fn lamps(&self, touched: &Touched) -> Vec<Lamp> {
+        let now = touched.entities.iter().filter_map(|(entity, now)| Some((*entity, now.as_ref()?)));
+        now.flat_map(|(entity, bag)| LIGHTS.map(|kind| (entity, kind, color_of(bag, kind))))
+            .filter_map(|(entity, kind, color)| Some(Lamp { entity, kind, color: color? }))
+            .filter(|lamp| self.rest_color(lamp.entity, lamp.kind) != Some(lamp.color))
+            .collect()
+    }
+
+    /// The colour of a light in the scene that frames start from.
+    pub fn rest_color(&self, entity: usize, kind: Kind) -> Option<DVec3> {
+        color_of(self.scene.entities.get(entity)?, kind)
     }
 
     fn record(&self, record: &dyn Record, wanted: impl Fn(&str) -> bool) -> Digest {
@@ -280,8 +317,25 @@ impl<'a> Touched<'a> {
     }
 }
 
+const LIGHTS: [Kind; 2] = [Kind::PointLight, Kind::AreaLight];
+
 fn is_light(bag: &Bag) -> bool {
-    bag.get(Kind::PointLight).is_some() || bag.get(Kind::AreaLight).is_some()
+    LIGHTS.iter().any(|kind| bag.get(*kind).is_some())
+}
+
+fn color_of(bag: &Bag, kind: Kind) -> Option<DVec3> {
+    match bag.get(kind)? {
+        Component::PointLight(light) => Some(light.color),
+        Component::AreaLight(light) => Some(light.color),
+        _ => None,
+    }
+}
+
+/// Not where samples are cut off or judged by what all lights together make of them, nor while a shutter is open.
+fn is_sum(camera: &Camera, render: &Render) -> bool {
+    let has_signs = render.filter == Filter::Mitchell;
+    let is_judged = render.clamp.is_some() || render.gathers_moments() || has_signs;
+    !is_judged && camera.shutter.y <= camera.shutter.x
 }
 
 fn worn_by(bag: &Bag) -> Option<&str> {

@@ -70,10 +70,10 @@ pub fn make(shot: &mut Shot, wanted: &[u32], target: Target) -> Result<Plan, Dia
     let mut before = None;
     let mut frames: Vec<Planned> = Vec::with_capacity(wanted.len());
     for (frame, outline) in wanted.iter().zip(outlines) {
-        let now = outline.as_ref().ok().copied();
-        let changes = now.zip(before).map(|(now, before): (Outline, Outline)| now.changes(&before));
+        let now = outline.as_ref().ok().cloned();
+        let changes = now.as_ref().zip(before.as_ref()).map(|(now, before): (&Outline, &Outline)| now.changes(before));
+        let hash = now.as_ref().map(Outline::hash).unwrap_or_default();
         before = now;
-        let hash = now.map(|outline| outline.hash()).unwrap_or_default();
         let file = target.path(*frame);
         frames.push(Planned { frame: *frame, file, outline, hash, changes, twin: None, state: State::Missing });
     }

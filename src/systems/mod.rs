@@ -10,6 +10,7 @@
 //! the accelerator is rebuilt only if the columns differ.
 
 mod animate;
+mod bodies;
 mod collect;
 mod extract;
 mod hierarchy;
@@ -19,6 +20,7 @@ mod render;
 mod skins;
 mod spawn;
 mod stage;
+mod still;
 
 pub use animate::{Undo, animate, undo};
 pub use collect::collect;
