@@ -10,6 +10,10 @@ mod film;
 mod golden;
 #[path = "all/house.rs"]
 mod house;
+#[path = "all/light.rs"]
+mod light;
+#[path = "all/motion.rs"]
+mod motion;
 #[path = "all/oracles.rs"]
 mod oracles;
 #[path = "all/sequence.rs"]

@@ -36,6 +36,8 @@ pub const MANIFEST_BYTES: u64 = 512 << 20;
 pub const SAMPLES: u32 = 65_536;
 /// Points on one light for one shadow estimate.
 pub const SHADOW_SAMPLES: u32 = 4_096;
+/// Moments of a frame with an open shutter: each is evaluated, placed and built; motion that needs more is a smear.
+pub const SHUTTER_SLICES: u32 = 1_024;
 /// Ray generations: each may branch in two, so the tree is bounded by 2^depth.
 pub const RAY_DEPTH: u32 = 64;
 /// Stops of exposure either way: beyond them everything is black or white.
@@ -53,6 +55,9 @@ pub const ENTITIES: usize = 16_000_000;
 pub const MATERIALS: usize = 1_000_000;
 /// Triangles of a scene: primitive numbers are 32 bits and cell lists must fit too.
 pub const TRIANGLES: usize = 100_000_000;
+/// Primitives that shine and are sampled as lights, triangles of instances included: past this they still shine, but
+/// only rays that happen to meet them bring their light home.
+pub const EMITTERS: usize = 4_000_000;
 /// Vertices of one NFF polygon: the largest of the standard databases has 144.
 pub const POLYGON_VERTICES: usize = 100_000;
 /// Parents above one entity: a chain longer than this is a mistake, and the walk stays bounded.

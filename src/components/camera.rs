@@ -70,7 +70,9 @@ record! {
         pub sensor_width: f64 = 36.0,
         /// Metres in a world unit: what brings millimetres into the scene.
         pub meters_per_unit: f64 = 1.0,
-        /// When the shutter opens and closes; moving entities stand where they are when it opens.
+        /// When the shutter opens and closes, in frames from the frame's own time: (0, 0.5) is a shutter of 180 degrees,
+        /// (-0.25, 0.25) the same around the frame, (0, 0) an instant. Everything that moves meanwhile is blurred: what a
+        /// script animates, since `frame` is called for moments inside the interval too, and entities with `motion`.
         pub shutter: DVec2 = DVec2::ZERO,
     }
 }
@@ -133,7 +135,11 @@ impl Check for Camera {
         above("sensor_width", self.sensor_width, 0.0)?;
         above("meters_per_unit", self.meters_per_unit, 0.0)?;
         coordinate("shutter", self.shutter.x)?;
-        coordinate("shutter", self.shutter.y)
+        coordinate("shutter", self.shutter.y)?;
+        if self.shutter.y < self.shutter.x {
+            return fail("shutter", "`shutter` must not close before it opens");
+        }
+        Ok(())
     }
 }
 
@@ -158,6 +164,7 @@ mod tests {
         assert_eq!(field(Camera { up: good().at - good().from, ..good() }), "up");
         assert_eq!(field(Camera { fov: f64::NAN, ..good() }), "fov");
         assert_eq!(field(Camera { f_stop: Some(2.8), ..good() }), "f_stop");
+        assert_eq!(field(Camera { shutter: DVec2::new(0.5, 0.0), ..good() }), "shutter");
         assert!(good().check().is_ok());
     }
 }

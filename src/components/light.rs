@@ -1,4 +1,4 @@
-//! Lights. They shine; they are not seen themselves.
+//! Lights that are no objects. What is an object and shines has a material with `emission`.
 
 use glam::{DVec2, DVec3};
 
@@ -10,7 +10,8 @@ choice! {
     pub enum Falloff {
         /// Not at all, as the ancestors have it.
         Constant,
-        /// With the inverse square of the distance in world units; `color` is what arrives at distance 1.
+        /// With the inverse square of the distance in world units; `color` is what arrives at distance 1. A point of
+        /// colour c then has the intensity pi c, an area light of area A the radiance pi c / A to both sides.
         InverseSquare,
     }
 }
@@ -47,6 +48,9 @@ record! {
         /// Linear intensity of the whole light, 0 and up.
         pub color: DVec3 = DVec3::ONE,
         pub falloff: Falloff = Falloff::Constant,
+        /// Whether camera rays see it, where they are traced by `Path` and it falls off with the square of the distance.
+        /// Rays that left a surface meet it either way.
+        pub visible: bool = false,
     }
 }
 

@@ -3,17 +3,36 @@
 use glam::DVec3;
 
 use super::record::ranges::{at_least, between, color};
-use super::record::{Check, Invalid, record};
+use super::record::{Check, Invalid, choice, record};
 use super::value::{FieldValue, Mismatch, Text, Value};
 use super::{FieldError, Record, Texture};
 
+choice! {
+    /// How a surface scatters light. All but the first give back no more than arrives.
+    pub enum Model {
+        /// The material of both ancestors: Lambert, a highlight (Blinn 1977), mirror and glass, each with its weight.
+        BlinnPhong,
+        /// Matt: `diffuse * color` is the share that comes back.
+        Lambert,
+        /// Bare metal: microfacets by GGX, what they lose to each other given back (Kulla and Conty 2017).
+        Conductor,
+        /// Glass, smooth or ground (Walter et al. 2007): `ior`, `roughness`, `absorption`.
+        Dielectric,
+        /// A clear coat (`ior`, `roughness`) over a matt base of `diffuse * color`.
+        Plastic,
+    }
+}
+
 record! {
-    /// The Blinn-Phong material of both ancestors, with mirror reflection and refraction.
+    /// What a surface is made of.
     ///
-    /// Light that reaches a point from direction L gives
-    /// `diffuse * color * (N.L) + specular * specular_color * (N.H)^shininess` (Blinn, SIGGRAPH 1977).
+    /// `model` says which of the fields count. Of a Blinn-Phong surface, light that reaches a point from direction L
+    /// gives `diffuse * color * (N.L) + specular * specular_color * (N.H)^shininess` (Blinn, SIGGRAPH 1977).
     pub struct Material {
-        /// Diffuse colour (albedo), linear, 0 and up.
+        /// Which law it scatters light by.
+        pub model: Model = Model::BlinnPhong,
+        /// Diffuse colour (albedo), linear, 0 and up; of a `Conductor` the colour that it reflects straight on. At most
+        /// 1 where the model conserves energy.
         pub color: DVec3 = DVec3::splat(0.8),
         /// Kd: weight of the diffuse part, 0 and up.
         pub diffuse: f64 = 1.0,
@@ -30,15 +49,30 @@ record! {
         pub gloss: f64 = 0.0,
         /// Transmittance, 0 (opaque) to 1.
         pub transmission: f64 = 0.0,
-        /// Index of refraction against the surrounding air; matters when `transmission` is above 0.
+        /// Index of refraction against the surrounding air; matters when `transmission` is above 0, and to `Dielectric`
+        /// and `Plastic`.
         pub ior: f64 = 1.0,
+        /// Roughness of `Conductor`, `Dielectric` and `Plastic`, 0 (polished) to 1; the width alpha of GGX is its square.
+        /// Below 0.03 a surface counts as polished.
+        pub roughness: f64 = 0.0,
+        /// Complex index of refraction of a `Conductor`, per channel: `eta` and `k` take the place of `color`.
+        pub eta: Option<DVec3> = None,
+        /// Extinction coefficient that goes with `eta`.
+        pub k: Option<DVec3> = None,
+        /// What the inside of a transparent body swallows per world unit: light is dimmed by e^(-`absorption` * way).
+        pub absorption: DVec3 = DVec3::ZERO,
+        /// Radiance that the surface sends out by itself, to the sides that it shows. A lamp of `color` c with inverse
+        /// square falloff and area A has radiance c * pi / A. Spheres, triangles, meshes and boxes that shine light
+        /// what is around them; other shapes do so in the light of paths that meet them, and in a Whitted picture none
+        /// does.
+        pub emission: DVec3 = DVec3::ZERO,
         /// Whether opaque surfaces show and stop rays on both sides. Transparent ones always do.
         pub two_sided: bool = true,
         /// Multiplied with `color`.
         pub color_map: Option<Box<Texture>> = None,
         /// Multiplied with `specular_color`: of highlights and mirror images.
         pub specular_map: Option<Box<Texture>> = None,
-        /// Its luminance is multiplied with `gloss`.
+        /// Its luminance is multiplied with `roughness` and `gloss`.
         pub roughness_map: Option<Box<Texture>> = None,
         /// Its luminance is a height that bends the shading normal (Blinn, SIGGRAPH 1978).
         pub bump: Option<Box<Texture>> = None,
@@ -85,6 +119,39 @@ impl Material {
         }
         Ok(())
     }
+
+    /// Whether light goes through it.
+    pub fn is_transparent(&self) -> bool {
+        match self.model {
+            Model::BlinnPhong => self.transmission > 0.0,
+            Model::Dielectric => true,
+            Model::Lambert | Model::Conductor | Model::Plastic => false,
+        }
+    }
+
+    /// What only energy-conserving models ask for.
+    fn check_model(&self) -> Result<(), Invalid> {
+        let model = self.model;
+        let fail = |field, message| Err(Invalid { field, message });
+        if matches!(model, Model::Dielectric | Model::Plastic) && (self.ior <= 0.0 || self.ior == 1.0) {
+            let message = format!("`ior` of a `{}` must be above 0 and not 1 (glass has 1.5)", model.name());
+            return fail("ior", message);
+        }
+        let albedo = match model {
+            Model::Lambert | Model::Plastic => self.color * self.diffuse,
+            Model::Conductor => self.color,
+            Model::BlinnPhong | Model::Dielectric => DVec3::ZERO,
+        };
+        if albedo.max_element() > 1.0 {
+            let message = format!("a `{}` gives back no more than arrives: `color` must be at most 1", model.name());
+            return fail("color", message);
+        }
+        if self.eta.is_some() != self.k.is_some() {
+            let (given, missing) = if self.eta.is_some() { ("eta", "k") } else { ("k", "eta") };
+            return fail(given, format!("`{given}` of a `Conductor` needs `{missing}` beside it"));
+        }
+        Ok(())
+    }
 }
 
 impl Check for Material {
@@ -104,6 +171,16 @@ impl Check for Material {
             let message = "`ior` must be greater than 0 where `transmission` is".into();
             return Err(Invalid { field: "ior", message });
         }
+        between("roughness", self.roughness, 0.0, 1.0)?;
+        for eta in self.eta.iter().flat_map(|v| v.to_array()) {
+            between("eta", eta, 1e-3, 100.0)?;
+        }
+        for k in self.k.iter().flat_map(|v| v.to_array()) {
+            between("k", k, 0.0, 100.0)?;
+        }
+        color("absorption", self.absorption)?;
+        color("emission", self.emission)?;
+        self.check_model()?;
         self.check_maps()
     }
 }

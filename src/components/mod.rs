@@ -22,7 +22,7 @@ pub use camera::{Camera, Focus, Lens};
 pub use entity::{Bag, Component, Edit, Kind, Scene};
 pub use film::{Aov, Filter, ToneMap};
 pub use light::{AreaLight, Falloff, PointLight};
-pub use material::{Material, MaterialName};
+pub use material::{Material, MaterialName, Model};
 pub use picture::{Level, Picture, Pictures, Texels};
 pub use record::{Check, FieldError, Invalid, Record};
 pub use render::{Accel, Fresnel, Integrator, Render, Shadows, Transfer};

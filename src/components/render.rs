@@ -11,7 +11,7 @@ use crate::base::limits;
 choice! {
     /// Which light paths are followed.
     pub enum Integrator {
-        /// Whitted (CACM 1980): sharp mirrors and refraction, hard shadows, a pinhole camera.
+        /// Whitted (CACM 1980): sharp mirrors and refraction, hard shadows, a pinhole camera, one moment.
         Whitted,
         /// Cook, Porter and Carpenter (SIGGRAPH 1984): soft shadows, gloss and the lens, by sampling.
         Distribution,
@@ -132,6 +132,11 @@ record! {
         pub environment_rotation: f64 = 0.0,
         /// A sky where there is no `environment`: colours straight up, at the horizon and straight down, linear.
         pub sky: Option<[DVec3; 3]> = None,
+
+        /// Moments that a frame is made of while the camera's shutter is open, evenly spread over it, each for its share
+        /// of every pixel's samples; never more than samples. One moment is the middle of the shutter. Where there are
+        /// more, no pixel stops early at a `noise_threshold`.
+        pub shutter_slices: u32 = 16,
     }
 }
 
@@ -175,6 +180,14 @@ impl Render {
         }
         whole("min_samples", self.min_samples.into(), 4, limits::SAMPLES.into())
     }
+
+    /// Moments of a frame whose shutter is open. A Whitted picture is one moment, as it is one point of the lens.
+    pub fn moments(&self) -> u32 {
+        match self.integrator {
+            Integrator::Whitted => 1,
+            _ => self.shutter_slices.min(self.strata() * self.strata()),
+        }
+    }
 }
 
 impl Check for Render {
@@ -192,6 +205,7 @@ impl Check for Render {
         whole("max_depth", self.max_depth.into(), 1, limits::RAY_DEPTH.into())?;
         whole("shadow_samples", self.shadow_samples.into(), 1, limits::SHADOW_SAMPLES.into())?;
         at_least("light_size", self.light_size, 0.0)?;
+        whole("shutter_slices", self.shutter_slices.into(), 1, limits::SHUTTER_SLICES.into())?;
         between("grid_density", self.grid_density, 1e-3, 1e3)?;
         if ![8, 16, 32].contains(&self.bit_depth) {
             let message = format!("`bit_depth` must be 8, 16 or 32, not {}", self.bit_depth);

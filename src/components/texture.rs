@@ -78,7 +78,7 @@ record! {
     /// A point with coordinates p (u, v; or x, y, z in a solid) shows what the texture has at
     /// `rotate(p * scale, rotation) + offset`. Pictures cover 0..1 by 0..1, v from the bottom row up.
     pub struct Texture {
-        /// Image file (PNG, JPEG, HDR), relative to the scene. Either this or `pattern`.
+        /// Image file (PNG, JPEG, HDR), relative to the scene; its alpha is ignored. Either this or `pattern`.
         pub image: Option<Text> = None,
         pub pattern: Option<Pattern> = None,
         /// Colours of the pattern, linear, two or more (`Checker`: two).
@@ -172,12 +172,8 @@ impl Check for Texture {
 /// Textures are fields of other records too: a script reads and writes them as maps.
 impl FieldValue for Texture {
     fn to_value(&self) -> Value {
-        let default = Texture::default();
-        let given = Self::FIELDS.iter().filter_map(|field| {
-            let value = self.get(field)?;
-            (default.get(field).as_ref() != Some(&value)).then(|| (Text::from(*field), value))
-        });
-        Value::Map(given.collect())
+        let entries = Self::FIELDS.iter().filter_map(|field| Some((Text::from(*field), self.get(field)?)));
+        Value::Map(entries.collect())
     }
     fn from_value(value: &Value) -> Result<Self, Mismatch> {
         let Value::Map(entries) = value else {

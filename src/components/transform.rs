@@ -103,7 +103,9 @@ impl<'de> Deserialize<'de> for Scale {
 record! {
     /// Straight motion in time, for moving spheres of the scene formats.
     ///
-    /// The entity stands at its transform at time `start` and `displacement` further at `end`, extrapolated outside.
+    /// The entity stands at its transform at time `start` and `displacement` further at `end`, extrapolated outside; what
+    /// it is the parent of goes with it. Time is that of the camera's `shutter`, so that every frame shows the same
+    /// motion: it blurs a picture while the shutter is open, and a script moves entities from frame to frame.
     pub struct Motion {
         /// World units travelled from `start` to `end`.
         pub displacement: DVec3 = DVec3::ZERO,

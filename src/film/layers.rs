@@ -21,6 +21,12 @@ pub struct Feature {
     pub material: u32,
 }
 
+impl Feature {
+    fn is_finite(&self) -> bool {
+        self.depth.is_finite() && self.point.is_finite() && self.normal.is_finite() && self.albedo.is_finite()
+    }
+}
+
 /// Sums of features over the samples of one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FeatureSum {
@@ -44,7 +50,8 @@ impl Default for FeatureSum {
 }
 
 impl FeatureSum {
-    /// Adds a sample, `None` where it met nothing; `off_center` is its squared distance from the pixel's centre.
+    /// Adds a sample, `None` where it met nothing; `off_center` is its squared distance from the pixel's centre. What
+    /// is no number counts as nothing.
     pub fn add(&mut self, feature: Option<&Feature>, off_center: f32) {
         self.samples += 1;
         let nearest = off_center < self.nearest;
@@ -52,7 +59,7 @@ impl FeatureSum {
             self.nearest = off_center;
             self.ids = [0; 2];
         }
-        let Some(feature) = feature else { return };
+        let Some(feature) = feature.filter(|f| f.is_finite()) else { return };
         if nearest {
             self.ids = [feature.entity + 1, feature.material + 1];
         }
@@ -126,7 +133,7 @@ mod tests {
         sum.add(Some(&seen(2.0, 4)), 0.3);
         sum.add(None, 0.2);
         sum.add(Some(&seen(4.0, 5)), 0.1);
-        sum.add(None, 0.1);
+        sum.add(Some(&Feature { normal: Vec3::splat(f32::NAN), ..seen(1.0, 9) }), 0.1);
         let mut layers = Layers::default();
         layers.make_room_for_features(2);
         layers.resolve(0, &sum);

@@ -37,7 +37,7 @@ pub fn read_cube_map(folder: &Path, linear: bool) -> Result<CubeMap, Diagnostic>
 }
 
 fn read_face(path: &Path, linear: bool) -> Result<Face, Diagnostic> {
-    let picture = decode(path, limits::TEXTURE_TEXELS)?.to_rgb8();
+    let picture = decode(path, limits::TEXTURE_TEXELS / FACES.len() as u64)?.to_rgb8();
     let value = |x: u8| {
         let encoded = f32::from(x) / 255.0;
         if linear { srgb_decode(encoded) } else { encoded }

@@ -20,6 +20,8 @@ use crate::film::Film;
 const MOST_OF_HALF: f32 = 65_504.0;
 /// Layers and channels of a file that is read: far more than any renderer writes.
 const MOST_CHANNELS: usize = 1_024;
+/// How many times smaller than its values a file can be: the best that black pictures reach.
+const MOST_SQUEEZED: u64 = 10_000;
 
 /// The bytes of an EXR file: colours in halves, or in floats where `bit_depth` is 32; all else in floats.
 ///
@@ -46,8 +48,8 @@ pub fn encode_exr(film: &Film, render: &Render, notes: &Notes) -> Result<Vec<u8>
     }
     // One attribute for all notes: the crate writes several in an order that changes from run to run.
     let lines: Vec<String> = notes.iter().map(|(keyword, text)| format!("{keyword}: {text}")).collect();
-    let mut attributes = LayerAttributes::default();
-    attributes.comments = Some(Text::from_slice_unchecked(lines.join("\n").as_bytes()));
+    let comments = Some(Text::from_slice_unchecked(lines.join("\n").as_bytes()));
+    let attributes = LayerAttributes { comments, ..LayerAttributes::default() };
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let size = (film.width as usize, film.height as usize);
@@ -105,8 +107,10 @@ pub fn read_exr_header(bytes: &[u8]) -> Result<ExrFile, String> {
     // Files are read whole, all of their parts and channels: what they declare has to be bearable.
     let channels: usize = meta.headers.iter().map(|h| h.channels.list.len()).sum();
     let pixels: u64 = meta.headers.iter().map(|h| h.layer_size.area() as u64).fold(0, u64::saturating_add);
-    if channels > MOST_CHANNELS || pixels > limits::FRAME_PIXELS {
-        return Err(format!("it declares {channels} channels of {pixels} pixels"));
+    let bytes_of = |h: &::exr::meta::header::Header| h.layer_size.area() as u64 * h.channels.bytes_per_pixel as u64;
+    let raw = meta.headers.iter().map(bytes_of).fold(0, u64::saturating_add);
+    if channels > MOST_CHANNELS || pixels > limits::FRAME_PIXELS || raw / MOST_SQUEEZED > bytes.len() as u64 {
+        return Err(format!("it declares {channels} channels of {pixels} pixels in {} bytes", bytes.len()));
     }
     let text = |text: &Text| String::from_utf8_lossy(text.as_slice()).into_owned();
     let comments = header.own_attributes.comments.as_ref().map(text).unwrap_or_default();
@@ -145,4 +149,47 @@ pub fn read_exr(bytes: &[u8]) -> Result<([u32; 2], Vec<[f32; 3]>), String> {
         }
     }
     Ok((size, colors))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file() -> Vec<u8> {
+        let mut film = Film::new(19, 18);
+        film.pixels.iter_mut().enumerate().for_each(|(i, p)| *p = [i as f32, 0.1, 1e9]);
+        film.layers.make_room_for_features(19 * 18);
+        let render = Render { aovs: vec![Aov::Entity, Aov::Depth], ..Render::default() };
+        let notes: Notes = vec![("Source".into(), "schön: 雪.rhai".into()), ("Frame".into(), "7".into())];
+        encode_exr(&film, &render, &notes).unwrap()
+    }
+
+    #[test]
+    fn colors_names_and_notes_come_back() {
+        let bytes = file();
+        assert!(is_exr(&bytes) && bytes == file());
+        let (size, colors) = read_exr(&bytes).unwrap();
+        // The smallest step of a half near 0.1 is 2^-14.
+        assert_eq!((size, colors.len()), ([19, 18], 19 * 18));
+        assert!(
+            colors.iter().enumerate().all(|(i, c)| c[0] == i as f32 && (c[1] - 0.1).abs() < 1e-4 && c[2] == 65504.0)
+        );
+        let header = read_exr_header(&bytes).unwrap();
+        assert_eq!(header.channels, ["B", "G", "R", "Z", "entityId"]);
+        assert_eq!(header.notes[0], ("Source".to_string(), "schön: 雪.rhai".to_string()));
+    }
+
+    #[test]
+    fn broken_files_are_refused_and_nothing_worse() {
+        let whole = file();
+        for i in 0..whole.len() {
+            let _ = read_exr(&whole[..i]);
+            for flip in [1, 0x80, 0xff] {
+                let mut broken = whole.clone();
+                broken[i] ^= flip;
+                let _ = read_exr(&broken);
+            }
+        }
+        assert!(read_exr(b"not a picture").is_err() && read_exr(&whole[..whole.len() / 2]).is_err());
+    }
 }

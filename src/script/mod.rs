@@ -17,7 +17,9 @@
 //!   `material` (a name), `color` of its light, and every component by name: `e.sphere.radius`, `e.area_light.color`.
 //!   Assigning `()` to a component takes it off.
 //! - A frame: `f.number f.index f.count f.seconds f.t f.fps f.rng f.span(a, b)`. Loop time is index / count, so that
-//!   the last frame joins the first; clip time is index / (count - 1).
+//!   the last frame joins the first; clip time is index / (count - 1). While `s.camera.shutter` is open, `frame` is
+//!   called for moments in between too: `f.t` and `f.seconds` are theirs, everything else is the frame's, and of
+//!   `s.render` and the shutter itself only what the frame's own time gives counts.
 //! - Parameters: `param(name, default)`, given by `-D name=value`.
 //! - Vectors: `vec3(x, y, z)` or `[x, y, z]`; `+ - * /`, `.x .y .z`, `dot cross length normalize distance`.
 //! - Motion: `lerp clamp smoothstep remap ease bezier spring keys orbit polar look_at aim rack`, `sind cosd tand`.
@@ -136,15 +138,16 @@ impl Program {
         self.call("setup", scene, None)
     }
 
-    /// The edits of one frame, counted from 1: a pure function of the scene and the number.
+    /// The edits of one frame, counted from 1, `offset` frames from its own time: a pure function of all three.
     ///
     /// # Errors
     /// Mistakes of the script, with their places and the frame.
-    pub fn frame(&self, rest: &Arc<Scene>, number: u32) -> Result<Vec<Edit>, Diagnostics> {
-        self.call("frame", rest, Some(number))
+    pub fn frame(&self, rest: &Arc<Scene>, number: u32, offset: f64) -> Result<Vec<Edit>, Diagnostics> {
+        self.call("frame", rest, Some((number, offset)))
     }
 
-    fn call(&self, function: &str, scene: &Arc<Scene>, number: Option<u32>) -> Result<Vec<Edit>, Diagnostics> {
+    fn call(&self, function: &str, scene: &Arc<Scene>, time: Option<(u32, f64)>) -> Result<Vec<Edit>, Diagnostics> {
+        let number = time.map(|(number, _)| number);
         let seed = hash::hash_words([self.header.seed, u64::from(number.unwrap_or(0))]);
         let handle = SceneHandle::new(Overlay::new(scene.clone(), self.index_of(scene)), seed);
         let options = CallFnOptions::new().eval_ast(false).with_tag(handle.clone());
@@ -154,9 +157,9 @@ impl Program {
         }
         let scene_argument = Dynamic::from(handle.clone());
         sandbox::start_call();
-        let outcome = match number {
-            Some(number) => {
-                let frame = Dynamic::from(time::FrameTime::new(&self.header, number, seed));
+        let outcome = match time {
+            Some((number, offset)) => {
+                let frame = Dynamic::from(time::FrameTime::new(&self.header, number, offset, seed));
                 self.engine.call_fn_with_options::<Dynamic>(
                     options,
                     &mut scope,

@@ -33,7 +33,7 @@ fn open(text: &str, defines: &[(&str, &str)]) -> Result<Program, String> {
 /// The edits of frame 3 out of 5 of a script with this body of `frame`.
 fn frame(body: &str) -> Result<Vec<Edit>, String> {
     let text = format!("animation(#{{ frames: 5 }});\nconst SIZE = 2;\nfn frame(s, f) {{\n{body}\n}}");
-    open(&text, &[])?.frame(&scene(), 3).map_err(|d| d.to_string())
+    open(&text, &[])?.frame(&scene(), 3, 0.0).map_err(|d| d.to_string())
 }
 
 fn camera(body: &str) -> Camera {
@@ -126,17 +126,35 @@ fn time_is_clip_or_loop() {
         );
         let program = open(&text, &[]).unwrap();
         for (number, t) in (1..).zip(expected) {
-            let Edit::Camera(camera) = program.frame(&scene(), number).unwrap().remove(0) else { panic!() };
+            let Edit::Camera(camera) = program.frame(&scene(), number, 0.0).unwrap().remove(0) else { panic!() };
             assert_eq!(camera.fov, 1.0 + t);
         }
     }
 }
 
 #[test]
+fn time_runs_on_between_frames() {
+    let at = |mode: &str, number: u32, offset: f64| {
+        let header = format!("animation(#{{ frames: 5, fps: 2, mode: \"{mode}\" }});");
+        let body = "fn frame(s, f) { s.camera.from = [f.t, f.seconds, f.number * 10 + f.index]; }";
+        let program = open(&format!("{header} {body}"), &[]).unwrap();
+        let Edit::Camera(camera) = program.frame(&scene(), number, offset).unwrap().remove(0) else { panic!() };
+        camera.from
+    };
+    assert_eq!(at("clip", 2, 0.5), DVec3::new(0.375, 0.75, 21.0));
+    assert_eq!(at("loop", 2, 0.25), DVec3::new(0.25, 0.625, 21.0));
+    // A clip stands still beyond its ends, and a loop goes round.
+    assert_eq!(at("clip", 5, 0.5), DVec3::new(1.0, 2.25, 54.0));
+    assert_eq!(at("clip", 1, -0.5), DVec3::new(0.0, -0.25, 10.0));
+    assert_eq!(at("loop", 5, 1.5), DVec3::new(0.1, 2.75, 54.0));
+    assert_eq!(at("loop", 1, -0.5).x, 0.9);
+}
+
+#[test]
 fn frames_are_pure_and_random_numbers_are_theirs() {
     let text = "animation(#{ frames: 9, seed: 4 }); fn frame(s, f) { s.camera.fov = f.rng.range(20, 60); }";
     let program = open(text, &[]).unwrap();
-    let of = |n| program.frame(&scene(), n).unwrap();
+    let of = |n| program.frame(&scene(), n, 0.0).unwrap();
     let forwards: Vec<_> = (1..=9).map(of).collect();
     let backwards: Vec<_> = (1..=9).rev().map(of).collect();
     assert!(forwards.iter().eq(backwards.iter().rev()));
@@ -148,7 +166,7 @@ fn parameters_are_read_like_their_defaults() {
     let text = "animation(#{ frames: param(\"n\", 3) }); fn frame(s, f) { s.camera.fov = param(\"fov\", 40.0); }";
     let program = open(text, &[("n", "7"), ("fov", "50")]).unwrap();
     assert_eq!(program.header().frames, 7);
-    let Edit::Camera(camera) = program.frame(&scene(), 7).unwrap().remove(0) else { panic!() };
+    let Edit::Camera(camera) = program.frame(&scene(), 7, 0.0).unwrap().remove(0) else { panic!() };
     assert_eq!(camera.fov, 50.0);
     assert!(open(text, &[("n", "many")]).err().unwrap().contains("-D n=many: expected a number"));
     assert!(open(text, &[("fow", "1")]).err().unwrap().contains("did you mean `fov`?"));
@@ -199,7 +217,7 @@ fn a_script_stays_in_its_sandbox() {
         assert!(frame(&format!("import \"{path}\" as m;")).is_err(), "{path}");
     }
     let deep = "animation(#{}); fn g(n) { g(n + 1) } fn frame(s, f) { g(0); }";
-    let message = open(deep, &[]).unwrap().frame(&scene(), 1).unwrap_err().to_string();
+    let message = open(deep, &[]).unwrap().frame(&scene(), 1, 0.0).unwrap_err().to_string();
     assert!(message.contains("too deep"), "{message}");
     said("let a = []; loop { a.push(a); }", &["a list grows beyond"]);
     said("let t = \"x\"; loop { t += t; }", &["a text grows beyond"]);
@@ -210,7 +228,7 @@ proptest! {
     fn any_text_is_a_script_or_a_mistake(text in "[a-z0-9 (){}\\[\\];=+*#:.,\"\\n]{0,60}") {
         let whole = format!("animation(#{{}}); fn frame(s, f) {{ {text} }}");
         if let Ok(program) = open(&whole, &[]) {
-            let _ = program.frame(&scene(), 1);
+            let _ = program.frame(&scene(), 1, 0.0);
         }
     }
 }

@@ -82,10 +82,12 @@ fn whole(value: &Dynamic, key: &str, low: u64, high: u64) -> Fallible<u64> {
     }
 }
 
-/// The time of one frame.
+/// The time of one moment of a frame.
 #[derive(Clone)]
 pub struct FrameTime {
     number: u32,
+    /// Frames from the first one's time.
+    at: f64,
     count: u32,
     fps: f64,
     t: f64,
@@ -93,14 +95,21 @@ pub struct FrameTime {
 }
 
 impl FrameTime {
-    pub fn new(header: &Header, number: u32, seed: u64) -> Self {
-        let index = f64::from(number - 1);
+    /// `offset` is in frames from the frame's own time. `t` stays in the range that its mode promises: a loop begins
+    /// anew, a clip stands still at its ends.
+    pub fn new(header: &Header, number: u32, offset: f64, seed: u64) -> Self {
+        let at = f64::from(number - 1) + offset;
         let t = match header.mode {
-            TimeMode::Loop => index / f64::from(header.frames),
-            TimeMode::Clip if header.frames > 1 => index / f64::from(header.frames - 1),
+            TimeMode::Loop => {
+                let frames = f64::from(header.frames);
+                // What a little before the start comes round to may be rounded up to a whole turn.
+                let rest = at.rem_euclid(frames);
+                if rest < frames { rest / frames } else { 0.0 }
+            }
+            TimeMode::Clip if header.frames > 1 => (at / f64::from(header.frames - 1)).clamp(0.0, 1.0),
             TimeMode::Clip => 0.0,
         };
-        FrameTime { number, count: header.frames, fps: header.fps, t, rng: Generator::new(seed) }
+        FrameTime { number, at, count: header.frames, fps: header.fps, t, rng: Generator::new(seed) }
     }
 
     /// 0 before a, 1 after b, and a straight ramp between.
@@ -116,7 +125,7 @@ pub fn register(engine: &mut Engine) {
         .register_get("number", |f: &mut FrameTime| i64::from(f.number))
         .register_get("index", |f: &mut FrameTime| i64::from(f.number) - 1)
         .register_get("count", |f: &mut FrameTime| i64::from(f.count))
-        .register_get("seconds", |f: &mut FrameTime| f64::from(f.number - 1) / f.fps)
+        .register_get("seconds", |f: &mut FrameTime| f.at / f.fps)
         .register_get("t", |f: &mut FrameTime| f.t)
         .register_get("fps", |f: &mut FrameTime| f.fps)
         .register_get("rng", |f: &mut FrameTime| f.rng.clone())

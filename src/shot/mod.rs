@@ -3,13 +3,14 @@
 //! Every frame is evaluated before the first is rendered ([`plan`]), so that a mistake in frame 37 is known at once; the
 //! frames without one are rendered all the same. The evaluation leaves a digest of each frame ([`outline`]): frames that
 //! lie finished under their names are kept, and frames that are the same are rendered once ([`run`]). A frame starts
-//! from the same World: its edits are applied, it is rendered, they are taken back. While one frame is rendered the one
-//! before is encoded and written.
+//! from the same World: its edits are applied, it is rendered, they are taken back; where the shutter is open, so for
+//! each of its [`Slice`]s of time. While one frame is rendered the one before is encoded and written.
 
 mod assets;
 pub mod outline;
 pub mod plan;
 pub mod run;
+mod shutter;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -23,6 +24,7 @@ use crate::script::Program;
 use crate::systems::{self, Stage};
 use assets::Assets;
 use outline::{Outline, Rest};
+pub use shutter::Slice;
 
 /// Settings of the command line; they have the last word in every frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -123,20 +125,24 @@ pub fn open(
 }
 
 impl Input {
-    /// The edits of a frame, counted from 1: those of the script, then those of the command line.
+    /// The edits of a frame, counted from 1, at its own time.
     ///
     /// # Errors
     /// A mistake in the script, with its place and the frame.
     fn edits(&self, frame: u32) -> Result<Vec<Edit>, Diagnostics> {
+        self.edits_at(frame, 0.0)
+    }
+
+    /// The edits at `offset` frames from a frame's own time: those of the script, then those of the command line.
+    ///
+    /// # Errors
+    /// As [`Self::edits`].
+    fn edits_at(&self, frame: u32, offset: f64) -> Result<Vec<Edit>, Diagnostics> {
         let mut edits = match &self.program {
-            Some((program, rest)) => program.frame(rest, frame)?,
+            Some((program, rest)) => program.frame(rest, frame, offset)?,
             None => Vec::new(),
         };
-        let last = edits.iter().rev().find_map(|edit| match edit {
-            Edit::Render(render) => Some(render.clone()),
-            _ => None,
-        });
-        let render = last.unwrap_or_else(|| self.settings.clone());
+        let render = shutter::last_render(&edits).cloned().unwrap_or_else(|| self.settings.clone());
         let changed = self.overrides.apply(render.clone());
         if changed != render {
             edits.push(Edit::Render(changed));
@@ -155,35 +161,41 @@ impl Input {
         edits: Vec<Edit>,
         work: impl FnOnce(&mut Stage) -> Result<T, Diagnostics>,
     ) -> Result<T, Diagnostics> {
-        let in_frame = |mut problems: Diagnostics| {
-            for problem in problems.0.iter_mut().filter(|_| self.program.is_some()) {
-                problem.message = format!("in frame {frame}: {}", problem.message);
-            }
-            problems
-        };
-        let taken_back = systems::animate(stage, edits).map_err(in_frame)?;
-        // Work that falls over loses its own frame alone: the World is put back, and what was kept is made anew.
-        let done = catch_unwind(AssertUnwindSafe(|| work(stage))).unwrap_or_else(|cause| {
-            systems::forget(stage);
-            Err(fallen(&*cause).into())
-        });
+        let taken_back = systems::animate(stage, edits).map_err(|problems| self.in_frame(frame, problems))?;
+        let done = guarded(stage, work);
         systems::undo(stage, taken_back);
-        done.map_err(in_frame)
+        done.map_err(|problems| self.in_frame(frame, problems))
     }
 
-    /// Evaluates and applies a frame without rendering it; with a target, its file must be able to hold it.
+    fn in_frame(&self, frame: u32, mut problems: Diagnostics) -> Diagnostics {
+        for problem in problems.0.iter_mut().filter(|_| self.program.is_some()) {
+            problem.message = format!("in frame {frame}: {}", problem.message);
+        }
+        problems
+    }
+
+    /// Evaluates and applies all moments of a frame without rendering it; with a target, its file must be able to hold it.
     ///
     /// # Errors
     /// The mistakes of the frame.
     fn evaluate(&self, stage: &mut Stage, frame: u32, target: Option<&Target>) -> Result<Outline, Diagnostics> {
-        let edits = self.edits(frame)?;
-        let outline = self.rest.outline(&edits);
-        self.with_frame(stage, frame, edits, |stage| {
+        let slices = self.slices(frame)?;
+        let outlines: Vec<Outline> = slices.iter().map(|slice| self.rest.outline(&slice.edits)).collect();
+        self.with_slices(stage, frame, slices, |stage, _| {
             systems::check(stage)?;
-            target.map_or(Ok(()), |target| Ok(run::suits(&stage.settings(), &target.path(frame))?))
+            target.map_or(Ok(()), |target| run::suits(&stage.settings(), &target.path(frame)))?;
+            Ok(true)
         })?;
-        Ok(outline)
+        Ok(Outline::together(&outlines))
     }
+}
+
+/// Does work on a World. If it falls over it loses its own frame alone: what the World has kept is made anew.
+fn guarded<T>(stage: &mut Stage, work: impl FnOnce(&mut Stage) -> Result<T, Diagnostics>) -> Result<T, Diagnostics> {
+    catch_unwind(AssertUnwindSafe(|| work(stage))).unwrap_or_else(|cause| {
+        systems::forget(stage);
+        Err(fallen(&*cause).into())
+    })
 }
 
 fn fallen(cause: &(dyn std::any::Any + Send)) -> Diagnostic {
@@ -202,7 +214,7 @@ impl Shot {
         self.input.program.as_ref().map_or(1, |(program, _)| program.header().frames)
     }
 
-    /// The World of one frame as a scene.
+    /// The World of one frame as a scene, at the frame's own time.
     ///
     /// # Errors
     /// The mistakes of the frame.

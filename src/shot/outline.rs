@@ -82,13 +82,17 @@ pub struct Lamp {
 }
 
 /// A frame, known by its parts.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outline {
     parts: Parts,
     /// Lights of other colours than at rest, in the order of their entities.
     pub lamps: Vec<Lamp>,
     /// Whether the picture is a sum over lights, as far as its settings go.
     pub is_sum: bool,
+    /// Whether the picture changes only where bodies do, as far as camera and settings go.
+    pub is_still: bool,
+    /// Width and height of the picture.
+    pub size: [u32; 2],
     /// What tracing it is estimated to cost: millions of steps of rays.
     pub cost: f64,
 }
@@ -108,6 +112,26 @@ impl Outline {
         let mut parts = self.parts;
         parts[Part::LightColors as usize] = Digest::default();
         Outline { parts, lamps: Vec::new(), ..*self }.hash()
+    }
+
+    /// A frame of several moments, one at least; what times they are follows from camera and settings.
+    pub fn together(moments: &[Outline]) -> Outline {
+        let first = moments.first().cloned().unwrap_or_default();
+        if moments.len() <= 1 {
+            return first;
+        }
+        let mut hashers: [Hasher; Part::ALL.len()] = Default::default();
+        for moment in moments {
+            hashers.iter_mut().zip(moment.parts).for_each(|(hasher, part)| hasher.digest(part));
+        }
+        // Moments share the samples, and with them the cost.
+        Outline { parts: hashers.map(|hasher| hasher.finish()), ..first }
+    }
+
+    /// Whether two frames show the same but for bodies that are elsewhere or otherwise.
+    pub fn stands_still_with(&self, other: &Outline) -> bool {
+        let others = [Part::Geometry, Part::Transforms, Part::Materials];
+        self.is_still && other.is_still && self.changes(other).iter().all(|part| others.contains(part))
     }
 
     /// The parts in which two frames differ.
@@ -163,6 +187,10 @@ impl Rest {
             *materials = materials.with(material_digest(&rest.assets, index, name, material));
         }
         rest
+    }
+
+    pub fn camera(&self) -> &Camera {
+        &self.scene.camera
     }
 
     /// For a scene whose entities and materials are never edited: their digests are all that is kept.
@@ -223,7 +251,7 @@ impl Rest {
         parts[Part::Settings as usize] = self.record(render, |field| !INVISIBLE.contains(&field));
         let is_sum = is_sum(camera, render);
         let lamps = if is_sum { self.lamps(&touched) } else { Vec::new() };
-        Outline { parts, lamps, is_sum, cost: cost(render, tally) }
+        Outline { parts, lamps, is_sum, is_still: is_still(camera, render), size: render.size, cost: cost(render, tally) }
     }
 
     fn lamps(&self, touched: &Touched) -> Vec<Lamp> {
@@ -331,11 +359,24 @@ fn color_of(bag: &Bag, kind: Kind) -> Option<DVec3> {
     }
 }
 
+/// Not while a shutter is open, nor where the lens follows a body.
+fn is_still(camera: &Camera, render: &Render) -> bool {
+    let follows = matches!(camera.focus, Some(Focus::Entity(_))) && camera.focus_distance.is_none();
+    is_local(render.integrator) && camera.shutter.y <= camera.shutter.x && (!follows || camera.lens_radius() == 0.0)
+}
+
+/// Whether a pixel depends on nothing but what its own rays meet, each of which brings home light by light.
+fn is_local(integrator: Integrator) -> bool {
+    match integrator {
+        Integrator::Whitted | Integrator::Distribution | Integrator::Path => true,
+    }
+}
+
 /// Not where samples are cut off or judged by what all lights together make of them, nor while a shutter is open.
 fn is_sum(camera: &Camera, render: &Render) -> bool {
     let has_signs = render.filter == Filter::Mitchell;
     let is_judged = render.clamp.is_some() || render.gathers_moments() || has_signs;
-    !is_judged && camera.shutter.y <= camera.shutter.x
+    is_local(render.integrator) && !is_judged && camera.shutter.y <= camera.shutter.x
 }
 
 fn worn_by(bag: &Bag) -> Option<&str> {

@@ -17,7 +17,7 @@ use crate::film::Film;
 use crate::output::manifest::{Making, Manifest};
 use crate::output::names::is_exr;
 use crate::output::{self, Notes, State, encode_exr, encode_png, making_notes, settings_note};
-use crate::systems::{self, FrameStats};
+use crate::systems::{self, Exposure, FrameStats};
 
 /// What happens while a shot is rendered.
 pub enum Event {
@@ -164,18 +164,21 @@ fn expose(
     let start = Instant::now();
     let frame = group[0].frame;
     let Shot { stage, input, source, .. } = shot;
-    let edits = input.edits(frame)?;
-    input.with_frame(stage, frame, edits, |stage| {
-        let progress = |done, total| watch(Event::Tiles { frame, done, total });
-        let rendered = systems::render(stage, cancel, &progress)?;
+    let slices = input.slices(frame)?;
+    let progress = |done, total| watch(Event::Tiles { frame, done, total });
+    let (mut exposure, mut render, mut whole) = (Exposure::default(), Render::default(), true);
+    input.with_slices(stage, frame, slices, |stage, share| {
+        render = stage.settings();
+        whole = systems::expose(stage, share, &mut exposure, cancel, &progress)?;
         if let Some(name) = input.rest.changed_asset() {
             let message = format!("`{name}` changed while its frames were rendered");
             return Err(Diagnostic::error(message).because(Cause::Io).help("run again").into());
         }
-        let render = stage.settings();
-        let frames = group.iter().map(|planned| (planned.making(source), planned.file.clone())).collect();
-        Ok(rendered.map(|(film, stats)| Exposed { frames, film, render, stats, start }))
-    })
+        Ok(whole)
+    })?;
+    let frames = group.iter().map(|planned| (planned.making(source), planned.file.clone())).collect();
+    let developed = exposure.develop().filter(|_| whole);
+    Ok(developed.map(|(film, stats)| Exposed { frames, film, render, stats, start }))
 }
 
 fn write_all(

@@ -161,8 +161,6 @@ fn revert(stage: &mut Stage, inverse: Inverse) {
 
 fn set_camera(stage: &mut Stage, camera: Camera) -> Camera {
     let old = stage.camera();
-    // Entities in motion stand where they are when the shutter opens.
-    stage.kept.stale_geometry |= old.shutter != camera.shutter;
     let _ = stage.world.insert_one(stage.camera, camera);
     old
 }
@@ -208,6 +206,7 @@ fn touch(stage: &mut Stage, entity: usize, now: Option<&Component>, kind: Kind) 
                 stage.kept.stale_hierarchy = true;
             }
         }
+        Kind::Motion => touch_all(stage),
         Kind::PointLight | Kind::AreaLight | Kind::Texture => {}
         Kind::MaterialName => {
             stage.kept.stale_clothes = true;

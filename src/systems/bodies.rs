@@ -65,8 +65,7 @@ pub fn body(stage: &Stage, index: usize) -> Body {
 
 /// Whether surfaces of the material are lights to others.
 fn shines(material: &Material) -> bool {
-    let emission = Record::get(material, "emission");
-    emission.is_some_and(|value| value != Value::Vec3(DVec3::ZERO))
+    material.emission != DVec3::ZERO
 }
 
 /// Lower and upper corner of a shape in its local space.

@@ -20,7 +20,7 @@ use crate::trace::{Geometry, Sides, Tag};
 
 /// Whether rays meet a surface of this material on both sides.
 pub fn shows_both_sides(material: &Material) -> bool {
-    material.two_sided || material.transmission > 0.0
+    material.two_sided || material.is_transparent()
 }
 
 /// The kernel's materials: those of the scene by their number, then the default for entities that wear none.
@@ -76,7 +76,6 @@ struct Extraction<'a> {
     world: &'a World,
     /// Material number and visible sides by material index; the last entry is the default material's.
     sides: Vec<bool>,
-    shutter_open: f64,
     /// How many live entities use each mesh.
     uses: FxHashMap<*const MeshData, u32>,
     geometry: Geometry,
@@ -123,12 +122,11 @@ impl<'a> Extraction<'a> {
     fn new(stage: &'a Stage) -> Self {
         let of = |e: &hecs::Entity| stage.world.get::<&Material>(*e).map(|m| shows_both_sides(&m)).unwrap_or(true);
         let sides = stage.materials.iter().map(of).chain([true]).collect();
-        let shutter_open = stage.camera().shutter.x;
         let mut uses = FxHashMap::default();
         for mesh in stage.world.query::<&Mesh>().without::<&Absent>().iter() {
             *uses.entry(Arc::as_ptr(&mesh.data)).or_default() += 1;
         }
-        Extraction { stage, world: &stage.world, sides, shutter_open, uses, geometry: Geometry::default() }
+        Extraction { stage, world: &stage.world, sides, uses, geometry: Geometry::default() }
     }
 
     fn run(mut self) -> Result<Geometry, Diagnostics> {
@@ -155,20 +153,17 @@ impl<'a> Extraction<'a> {
     /// Calls `push` for every entity with a `T`, in authored order.
     fn each<T: hecs::Component>(&mut self, push: impl Fn(&mut Self, &Row<T>)) -> Result<(), Diagnostics> {
         let (world, stage) = (self.world, self.stage);
-        type Parts<'q, T> = (&'q Order, &'q T, Option<&'q Placement>, Option<&'q Motion>, Option<&'q MaterialName>);
+        type Parts<'q, T> = (&'q Order, &'q T, Option<&'q Placement>, Option<&'q MaterialName>);
         let mut query = world.query::<Parts<T>>().without::<&Absent>();
         let mut found: Vec<_> = query.iter().collect();
         found.sort_by_key(|parts| *parts.0);
         let default_material = (self.sides.len() - 1) as u32;
         let mut last: (Option<&Text>, u32) = (None, default_material);
-        for (order, shape, placement, motion, worn) in found {
-            let mut map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
+        for (order, shape, placement, worn) in found {
+            let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
             if map.matrix3.determinant() == 0.0 || !map.to_cols_array().iter().all(|x| x.abs() <= FARTHEST) {
                 let message = format!("{} is scaled to nothing or beyond reach", stage.label(order.0 as usize));
                 return Err(Diagnostic::error(message).into());
-            }
-            if let Some(motion) = motion {
-                map.translation += motion.at(self.shutter_open);
             }
             let material = match worn {
                 None => default_material,

@@ -1,4 +1,4 @@
-//! Transforms and parents -> placements in the world.
+//! Transforms, parents and motion -> placements in the world.
 
 use glam::DAffine3;
 use rustc_hash::FxHashMap;
@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 use super::stage::Stage;
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::limits;
-use crate::components::Transform;
+use crate::components::{Motion, Transform};
 
 /// Map from an entity's local space to the world; entities without one stand in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +21,7 @@ enum Progress {
     Done(DAffine3),
 }
 
-/// Brings the placement of every entity with a transform up to date, if an edit may have changed one.
+/// Brings the placement of every entity with a transform or in motion up to date, if an edit may have changed one.
 ///
 /// # Errors
 /// An unknown or removed parent, a cycle of parents, a chain of parents over the limit.
@@ -50,11 +50,11 @@ pub fn update(stage: &mut Stage) -> Result<(), Diagnostics> {
     Ok(())
 }
 
-/// Only what has a transform has a placement.
+/// Only what has a transform or is in motion has a placement.
 fn put_placement(stage: &mut Stage, index: usize, placement: Option<DAffine3>) {
     let entity = stage.entities[index];
-    let has_transform = stage.world.get::<&Transform>(entity).is_ok();
-    match placement.filter(|_| has_transform) {
+    let is_placed = stage.world.satisfies::<hecs::Or<&Transform, &Motion>>(entity);
+    match placement.filter(|_| is_placed) {
         Some(matrix) => {
             if let Ok(mut slot) = stage.world.get::<&mut Placement>(entity) {
                 slot.0 = matrix;
@@ -74,10 +74,23 @@ fn move_with_children(stage: &mut Stage, index: usize) {
     while let Some(index) = open.pop() {
         let above = parent_of(stage, index).ok().flatten().map(|parent| stage.entities[parent]);
         let above = above.and_then(|parent| stage.world.get::<&Placement>(parent).ok().map(|p| p.0));
-        let own = stage.world.get::<&Transform>(stage.entities[index]).ok().map(|transform| transform.matrix());
-        put_placement(stage, index, own.map(|own| above.unwrap_or(DAffine3::IDENTITY) * own));
+        let placement = below(stage, index, above.unwrap_or(DAffine3::IDENTITY));
+        put_placement(stage, index, Some(placement));
         open.extend(stage.kept.children.get(&index).into_iter().flatten());
     }
+}
+
+/// The space of an entity that stands in the space `above`.
+fn below(stage: &Stage, index: usize, above: DAffine3) -> DAffine3 {
+    let entity = stage.entities[index];
+    let mut matrix = above;
+    if let Ok(transform) = stage.world.get::<&Transform>(entity) {
+        matrix *= transform.matrix();
+    }
+    if let Ok(motion) = stage.world.get::<&Motion>(entity) {
+        matrix.translation += motion.at(stage.time);
+    }
+    matrix
 }
 
 /// Walks from `index` up to the first entity that is placed, then back down.
@@ -112,9 +125,7 @@ fn place(
         }
     }
     for here in chain.drain(..).rev() {
-        if let Ok(transform) = stage.world.get::<&Transform>(stage.entities[here]) {
-            matrix *= transform.matrix();
-        }
+        matrix = below(stage, here, matrix);
         progress[here] = Progress::Done(matrix);
     }
     Ok(())

@@ -8,6 +8,9 @@
 //! hecs yields entities in no promised order, so the [`Stage`] keeps the authored order and every column is filled in
 //! it. What an edit cannot have changed is kept: columns are extracted only after an edit that could touch them, and
 //! the accelerator is rebuilt only if the columns differ.
+//!
+//! A frame whose shutter is open is several moments of the World: each is set up as above and adds its share of every
+//! pixel's samples to an [`Exposure`].
 
 mod animate;
 mod bodies;
@@ -23,10 +26,13 @@ mod stage;
 mod still;
 
 pub use animate::{Undo, animate, undo};
+pub use bodies::{Body, affected, body};
 pub use collect::collect;
-pub use render::{FrameStats, check, forget, render};
+pub use lights::Passes;
+pub use render::{sum_of, Exposure, FrameStats, check, expose, forget, render};
 pub use spawn::spawn;
 pub use stage::Stage;
+pub use still::{Scenes, Still};
 
 #[cfg(test)]
 mod tests;

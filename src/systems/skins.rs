@@ -80,15 +80,18 @@ pub fn skins(stage: &mut Stage) -> Result<Skins, Diagnostics> {
     let mut skins = Skins::default();
     let of_material: Vec<Option<u32>> =
         dresses.iter().map(|dress| (!dress.is_empty()).then(|| skins.add(dress.clone()))).collect();
-    type Parts<'q> = (&'q Order, Option<&'q Texture>, Option<&'q MaterialName>, Option<&'q Placement>);
-    type More<'q> = (Option<&'q Motion>, Option<&'q Mesh>);
+    type Parts<'q> =
+        (&'q Order, Option<&'q Texture>, Option<&'q MaterialName>, Option<&'q Placement>, Option<&'q Mesh>);
     let textured = of_material.iter().any(Option::is_some);
-    let mut query = stage.world.query::<(Parts, More)>().without::<&Absent>();
-    let mut found: Vec<_> = query.iter().filter(|((_, texture, ..), _)| textured || texture.is_some()).collect();
-    found.sort_by_key(|((order, ..), _)| **order);
+    if !textured && stage.world.query::<&Texture>().iter().next().is_none() {
+        return Ok(skins);
+    }
+    let mut query = stage.world.query::<Parts>().without::<&Absent>();
+    let mut found: Vec<_> = query.iter().filter(|(_, texture, ..)| textured || texture.is_some()).collect();
+    found.sort_by_key(|(order, ..)| **order);
     // Entities that are textured alike share what they wear.
     let mut own: FxHashMap<(Option<usize>, String), u32> = FxHashMap::default();
-    for ((order, texture, worn, placement), (motion, mesh)) in found {
+    for (order, texture, worn, placement, mesh) in found {
         let material = worn.and_then(|name| stage.material_names.get(&name.0).copied());
         let dress = match texture {
             None => material.and_then(|i| of_material[i]),
@@ -99,18 +102,15 @@ pub fn skins(stage: &mut Stage) -> Result<Skins, Diagnostics> {
             })),
         };
         if let Some(dress) = dress {
-            skins.put(order.0, frame(stage, placement, motion, mesh), dress);
+            skins.put(order.0, frame(placement, mesh), dress);
         }
     }
     Ok(skins)
 }
 
 /// The local space of an entity, as `extract` has it.
-fn frame(stage: &Stage, placement: Option<&Placement>, motion: Option<&Motion>, mesh: Option<&Mesh>) -> Frame {
-    let mut map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
-    if let Some(motion) = motion {
-        map.translation += motion.at(stage.camera().shutter.x);
-    }
+fn frame(placement: Option<&Placement>, mesh: Option<&Mesh>) -> Frame {
+    let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
     let bare = mesh.filter(|mesh| mesh.data.uvs.is_empty());
     let center = bare.map(|mesh: &Mesh| -> Vec3 { Bounds::around(&Arc::clone(&mesh.data).vertices).center() });
     Frame { map: Map::new(&map), center }

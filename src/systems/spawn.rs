@@ -25,6 +25,7 @@ pub fn spawn(scene: Scene) -> Result<Stage, Diagnostics> {
         names: Default::default(),
         material_names: Default::default(),
         base: scene.base,
+        time: 0.0,
         kept: Kept { pictures: scene.pictures, stale_hierarchy: true, stale_geometry: true, ..Kept::default() },
     };
     for (name, material) in scene.materials {

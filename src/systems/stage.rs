@@ -42,6 +42,8 @@ pub struct Stage {
     pub(super) names: FxHashMap<Text, usize>,
     pub(super) material_names: FxHashMap<Text, usize>,
     pub(super) base: PathBuf,
+    /// Where entities with `motion` are, in the units of the camera's shutter.
+    pub(super) time: f64,
     pub(super) kept: Kept,
 }
 
@@ -80,6 +82,15 @@ impl Stage {
 
     pub fn settings(&self) -> Render {
         copy(&self.world, self.settings)
+    }
+
+    /// Sets the time that entities with `motion` go by, in the units of the camera's shutter.
+    pub fn set_time(&mut self, time: f64) {
+        if self.time != time && self.world.query::<&Motion>().iter().next().is_some() {
+            self.kept.stale_hierarchy = true;
+            self.kept.stale_geometry = true;
+        }
+        self.time = time;
     }
 
     /// Number of entities, those included that a frame has removed.

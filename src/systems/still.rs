@@ -1,10 +1,11 @@
 //! What is kept of pictures while the camera stands still: the sums of the tiles, and what their rays touched.
 
 use super::bodies::Body;
+use super::render::tile_count;
 use crate::film::Tally;
+use crate::trace::Geometry;
 use crate::trace::footprint::{Boxes, Footprint};
 use crate::trace::geometry::Bounds;
-use crate::trace::Geometry;
 
 /// Pictures that differ in bodies alone, as data: where each body is in each of them.
 #[derive(Debug, Default)]
@@ -77,19 +78,21 @@ pub struct Still {
 }
 
 impl Still {
-    pub fn new(scenes: Scenes, tiles: usize) -> Self {
-        Still { scenes, tiles: (0..tiles).map(|_| None).collect() }
+    /// For pictures of this width and height.
+    pub fn new(scenes: Scenes, size: [u32; 2]) -> Self {
+        Still { scenes, tiles: (0..tile_count(size)).map(|_| None).collect() }
     }
 
     pub fn boxes(&self) -> &Boxes {
         &self.scenes.boxes
     }
 
-    /// Tiles that may look otherwise in a picture than they did when they were traced last.
-    pub fn stale(&self, picture: usize, bounds: Bounds) -> Vec<usize> {
+    /// Tiles that may look otherwise in a picture than they did when they were traced last; `bounds` are those of its
+    /// finite primitives. With `by_bounds` all do, if those are others than before.
+    pub fn stale(&self, picture: usize, bounds: Bounds, by_bounds: bool) -> Vec<usize> {
         let is_same = |kept: &Kept| {
             let is_near = |bounds| Geometry::is_near(bounds, kept.footprint.origins());
-            let starts_alike = kept.bounds == bounds || is_near(bounds) && is_near(kept.bounds);
+            let starts_alike = kept.bounds == bounds || !by_bounds && is_near(bounds) && is_near(kept.bounds);
             starts_alike && self.scenes.is_same(&kept.footprint, kept.picture, picture)
         };
         let tiles = self.tiles.iter().enumerate();
@@ -100,9 +103,16 @@ impl Still {
         self.tiles[tile] = Some(Kept { tally, footprint, picture, bounds });
     }
 
-    /// The sums of all tiles, once all are there.
-    pub fn tallies(&self) -> Option<Vec<&Tally>> {
-        self.tiles.iter().map(|tile| tile.as_ref().map(|kept| &kept.tally)).collect()
+    /// Fills in the sums of the tiles that are not stale; gives which of all tiles are.
+    pub fn fill(&self, tallies: &mut [Tally], stale: &[usize]) -> Vec<bool> {
+        let mut is_stale = vec![false; tallies.len()];
+        stale.iter().for_each(|tile| is_stale[*tile] = true);
+        for ((tally, kept), _) in tallies.iter_mut().zip(&self.tiles).zip(&is_stale).filter(|(_, stale)| !**stale) {
+            if let Some(kept) = kept {
+                tally.clone_from(&kept.tally);
+            }
+        }
+        is_stale
     }
 
     pub fn bytes(&self) -> usize {

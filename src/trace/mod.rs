@@ -7,6 +7,7 @@
 //! [`lights`] and [`surfacing`] (materials) with [`texture`]s in an [`environment`], fed by the stateless [`sampler`].
 
 pub mod accel;
+pub mod bsdf;
 pub mod camera;
 pub mod environment;
 pub mod footprint;

@@ -22,6 +22,12 @@ fn wall(field: &str) -> String {
     )
 }
 
+/// How a message names the place of a word in the materials of a scene.
+fn place_of(scene: &str, there: &str) -> String {
+    let line = scene.lines().nth(3).unwrap();
+    format!("a.ron:4:{}: error", line.find(there).unwrap() + 1)
+}
+
 fn pixel(desk: &Desk, file: &str, x: u32, y: u32) -> [u8; 3] {
     image::load_from_memory(&desk.read(file)).unwrap().to_rgb8().get_pixel(x, y).0
 }
@@ -50,10 +56,11 @@ fn broken_images_are_explained_at_their_place() {
         if let Some(bytes) = bytes {
             desk.write(name, bytes);
         }
-        desk.write("a.ron", wall(&format!("color_map: (image: \"{name}\")")));
-        let place = ["a.ron:4:54: error"];
-        desk.anim("render a.ron -o out").fails(3, &[&place, said].concat());
-        desk.anim("check a.ron").fails(3, &[&place, said].concat());
+        let scene = wall(&format!("color_map: (image: \"{name}\")"));
+        let place = place_of(&scene, &format!("\"{name}\""));
+        desk.write("a.ron", scene);
+        desk.anim("render a.ron -o out").fails(3, &[&[place.as_str()], said].concat());
+        desk.anim("check a.ron").fails(3, &[&[place.as_str()], said].concat());
     };
     mistake(None, "gone.png", &["no such file"]);
     mistake(Some(b"junk".to_vec()), "a.png", &["known: PNG, JPEG, HDR"]);
@@ -77,17 +84,18 @@ fn broken_images_are_explained_at_their_place() {
 
 #[test]
 fn mistakes_inside_a_texture_have_their_place() {
-    let mistake = |field: &str, said: &[&str]| {
-        let desk = Desk::new();
-        desk.write("a.ron", wall(field));
-        desk.anim("check a.ron").fails(3, said);
+    let mistake = |field: &str, there: &str, said: &str| {
+        let (desk, scene) = (Desk::new(), wall(field));
+        let place = place_of(&scene, there);
+        desk.write("a.ron", scene);
+        desk.anim("check a.ron").fails(3, &[&place, said]);
     };
-    mistake("color_map: (patern: Checker)", &["a.ron:4:46: error", "did you mean `pattern`?"]);
-    mistake("color_map: (pattern: Cheker)", &["a.ron:4:55: error", "`Checker`"]);
-    mistake("bump: (pattern: Noise, depth: NaN)", &["a.ron:4:64", "finite"]);
-    mistake("color_map: (pattern: Noise, depth: 1)", &["a.ron:4:45", "`depth` is for `bump`"]);
-    mistake("color_map: ()", &["a.ron:4:45", "needs an `image` or a `pattern`"]);
-    mistake("normal_map: (pattern: Noise)", &["is an `image`"]);
+    mistake("color_map: (patern: Checker)", "patern", "did you mean `pattern`?");
+    mistake("color_map: (pattern: Cheker)", "Cheker", "`Checker`");
+    mistake("bump: (pattern: Noise, depth: NaN)", "NaN", "finite");
+    mistake("color_map: (pattern: Noise, depth: 1)", "(pattern", "`depth` is for `bump`");
+    mistake("color_map: ()", "()", "needs an `image` or a `pattern`");
+    mistake("normal_map: (pattern: Noise)", "(pattern", "is an `image`");
 }
 
 #[test]
@@ -109,6 +117,46 @@ fn scripts_reach_textures_as_maps() {
     desk.anim("show.rhai -o two").fails(3, &["show.rhai:4:"]);
     desk.write("show.rhai", script.replace("tint = [0, 0, 0]", "image = \"whit.png\""));
     desk.anim("show.rhai -o two").fails(3, &["frame 2", "did you mean `white.png`?", "`color_map` of material `m`"]);
+}
+
+#[test]
+fn pictures_surround_a_scene() {
+    let desk = Desk::new();
+    // Left half red, right half blue: the middle is straight ahead (-z).
+    let halves = image::RgbImage::from_fn(64, 32, |x, _| image::Rgb(if x < 32 { [200, 0, 0] } else { [0, 0, 200] }));
+    desk.write("sky.png", encoded(&halves, image::ImageFormat::Png));
+    let scene = |more: &str| {
+        format!("(\n  camera: (from: (0, 0, 0), at: (0, 0, -1)),\n  render: (size: (16, 9), samples: 1, {more}),\n)")
+    };
+    let look = |more: &str, x: u32| {
+        desk.write("a.ron", scene(more));
+        desk.anim("a.ron -o out.png").ok();
+        pixel(&desk, "out.png", x, 4)
+    };
+    assert_eq!((look("environment: \"sky.png\"", 2), look("environment: \"sky.png\"", 13)), ([200, 0, 0], [0, 0, 200]));
+    assert_eq!(look("environment: \"sky.png\", environment_rotation: 180", 2), [0, 0, 200]);
+    assert_eq!(look("environment: \"sky.png\", environment_intensity: 0", 2), [0; 3]);
+    assert_eq!(look("sky: ((1, 1, 1), (1, 1, 1), (1, 1, 1))", 2), [255; 3]);
+    desk.write("a.ron", scene("environment: \"skye.png\""));
+    desk.anim("check a.ron").fails(3, &["a.ron:3:51: error", "did you mean `sky.png`?"]);
+}
+
+/// A texture is carried along by whatever moves its entity: a transform, or motion in time.
+#[test]
+fn textures_move_with_their_entity() {
+    let desk = Desk::new();
+    let look = |name: &str, moved: &str| {
+        let scene = format!(
+            "(camera: (from: (1, 1, 4), at: (1, 0, 0), shutter: (1, 1)), render: (size: (32, 24), samples: 1), \
+             entities: [(aabox: (), {moved}, texture: (pattern: Marble, scale: 2)), (point_light: (position: (3, 4, 5)))])"
+        );
+        desk.write("a.ron", scene);
+        desk.anim(&format!("a.ron -o {name}")).ok();
+        image::load_from_memory(&desk.read(name)).unwrap().to_rgb8()
+    };
+    let placed = look("placed.png", "transform: (translation: (1, 0, 0))");
+    assert!(placed == look("moved.png", "motion: (displacement: (1, 0, 0))"));
+    assert!(placed != look("other.png", "transform: (translation: (1, 0, 0)), motion: (displacement: (0.1, 0, 0))"));
 }
 
 /// A scene with every kind of texture is the same to the byte however it is traced, and comes back as RON.

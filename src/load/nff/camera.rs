@@ -66,7 +66,8 @@ impl Reader<'_> {
         self.p3f |= optics.aperture.is_some();
         camera.aperture = optics.radius.or(optics.aperture.map(|a| a * pixel)).unwrap_or(0.0);
         camera.focus_distance = optics.distance.or(optics.focal.map(|f| f * distance)).filter(|d| *d > 0.0);
-        camera.shutter = optics.shutter;
+        // A file that states only when the shutter opens means an instant.
+        camera.shutter = DVec2::new(optics.shutter.x, optics.shutter.y.max(optics.shutter.x));
         match camera.check() {
             Ok(()) => {
                 self.scene.camera = camera;

@@ -18,7 +18,7 @@ const GOOD: &str = r#"// A scene.
         (mesh: (vertices: [(0, 0, 0), (1, 0, 0), (0, 1, 0)], triangles: [(0, 1, 2)])),
         (area_light: (size: (1, 2), edges: ((1, 0, 0), (0, 1, 0)), falloff: InverseSquare)),
         (triangle: (vertices: ((0, 0, 0), (1, 0, 0), (0, 1, 0)), normals: ((0, 0, 1), (0, 0, 1), (0, 1, 1)))),
-        (texture: (image: "t.png"), motion: (displacement: (1, 0, 0)), plane: ()),
+        (texture: (pattern: Wood, scale: (2, 3), colors: [(0, 0, 1), (1, 0, 0)]), motion: (displacement: (1, 0, 0)), plane: ()),
     ],
 )
 "#;

@@ -12,6 +12,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::texture::{Cone, Sheet};
+use crate::base::color::luminance;
 use crate::base::math::sin_cos_degrees;
 use crate::components::{Picture, TexelFilter, Wrap};
 pub use cube::{CubeMap, FACES, Face};
@@ -50,6 +51,9 @@ pub struct Sample {
 
 const TURN: f32 = std::f32::consts::TAU;
 
+/// Directions, squared, that the luminance of the whole is estimated from.
+const LOOKS: u32 = 16;
+
 impl Environment {
     /// `rotation` is in degrees about y, counter-clockwise seen from above, as the yaw of an entity.
     pub fn new(source: Source, intensity: f64, rotation: f64) -> Self {
@@ -69,6 +73,18 @@ impl Environment {
         };
         let distribution = Distribution::new(width, height, |direction| self.source.lookup(direction));
         self.distribution = Some(Arc::new(distribution));
+    }
+
+    pub fn is_prepared(&self) -> bool {
+        self.distribution.is_some()
+    }
+
+    /// Luminance summed over the sphere of directions, as far as some sampled ones tell; 0 if nothing is prepared.
+    pub fn luminous(&self) -> f64 {
+        let at = |i: u32| [(i % LOOKS) as f32, (i / LOOKS) as f32].map(|x| (x + 0.5) / LOOKS as f32);
+        let samples = (0..LOOKS * LOOKS).filter_map(|i| self.sample(at(i)));
+        let sum: f64 = samples.map(|s| f64::from(luminance(s.radiance.to_array()) / s.pdf)).sum();
+        sum / f64::from(LOOKS * LOOKS)
     }
 
     /// The same source, brighter or darker and turned; what sampling needs stays.

@@ -20,7 +20,8 @@ use glam::Vec3;
 
 use super::camera::CameraRays;
 use super::environment::Environment;
-use super::lights::Light;
+use super::footprint::Boxes;
+use super::lights::Lights;
 use super::sampler::{Domain, Node, Sampler};
 use super::surfacing::Surfacing;
 use super::texture::{Cone, Skins};
@@ -94,13 +95,23 @@ impl Settings {
     }
 }
 
+impl Settings {
+    /// The first sample of a pixel in a round with a seed of its own: paths are led by Sobol points, the rest by jittered strata.
+    pub fn sampler(&self, seed: u64, [x, y]: [u32; 2], width: u32) -> Sampler {
+        match self.integrator {
+            Integrator::Path => Sampler::sobol(seed, [x, y], self.strata * self.strata),
+            Integrator::Whitted | Integrator::Distribution => Sampler::new(seed, y * width + x, self.strata),
+        }
+    }
+}
+
 /// Everything that a frame is traced from.
 #[derive(Clone, Copy)]
 pub struct View<'a> {
     pub geometry: &'a Geometry,
     pub accelerator: &'a Accelerator,
     pub materials: &'a [Surfacing],
-    pub lights: &'a [Light],
+    pub lights: &'a Lights,
     pub skins: &'a Skins,
     pub camera: &'a CameraRays,
     /// Takes the place of the background colour.
@@ -109,6 +120,40 @@ pub struct View<'a> {
     /// Where in and around a pixel its samples lie.
     pub filter: &'a FilterTable,
     pub width: u32,
+    /// Passes that lights are divided into, 1 at least.
+    pub passes: usize,
+    /// Places that are noted where rays cross them.
+    pub boxes: Option<&'a Boxes>,
+}
+
+/// One of the equal parts that the samples of every pixel are divided into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Share {
+    pub index: u32,
+    pub of: u32,
+}
+
+impl Share {
+    pub const WHOLE: Share = Share { index: 0, of: 1 };
+
+    /// Samples of a pixel that belong to this part.
+    ///
+    /// Which ones is drawn anew for each pixel, so that parts are strangers to strata of pixel, lens and lights. Where
+    /// the number of samples is no multiple of the parts, chance decides per pixel which parts have one more: no part
+    /// counts for more than another in the mean.
+    fn samples(self, pixel: &Sampler) -> impl Iterator<Item = u32> + use<> {
+        const STEPS: u64 = 1 << 24;
+        let pixel = *pixel;
+        let count = pixel.strata * pixel.strata;
+        let shift = pixel.offset(Domain::Time, STEPS);
+        let bound = move |part: u32| {
+            let at = (u64::from(part) * u64::from(count) * STEPS).div_ceil(u64::from(self.of));
+            (at.saturating_sub(shift).div_ceil(STEPS) as u32).min(count)
+        };
+        let whole = self.of == 1;
+        (bound(self.index)..bound(self.index + 1))
+            .map(move |slot| if whole { slot } else { pixel.shuffled(Domain::Time, slot) })
+    }
 }
 
 /// Samples that go through the scene together: enough to keep packets full, few enough for the cache.
@@ -119,54 +164,101 @@ const BATCH: usize = 2048;
 /// Pixels that follow each other in the list should be neighbours, and all of one tile. Samples come in rounds, each of
 /// them well spread by itself: n x n strata under a key of its own. After each round the pixels that are still noisy go
 /// on; which these are depends on their tile alone.
-pub fn expose(view: View, places: &[[u32; 2]], tally: &mut Tally, worker: &mut Worker) {
+///
+/// Of the samples of a round only a share is taken; where that is not the whole, all pixels get all rounds, so that
+/// shares stay equal.
+///
+/// There is a tally for each pass; all but the light of lamps that have a pass of their own goes into the first.
+pub fn expose(view: View, places: &[[u32; 2]], share: Share, tallies: &mut [Tally], worker: &mut Worker) {
     let mut active: Vec<u32> = (0..places.len() as u32).collect();
     for round in 0..view.settings.rounds {
-        if let Some(noise) = view.settings.noise.filter(|_| round > 0) {
-            noise.retain_noisy(places, tally, &mut active);
+        if let Some(noise) = view.settings.noise.filter(|_| round > 0 && share == Share::WHOLE) {
+            noise.retain_noisy(places, &tallies[0], &mut active);
         }
         if active.is_empty() {
             return;
         }
-        sample(view, round, places, &active, tally, worker);
+        let picked = Picked { round, share, places, active: &active };
+        sample(view, picked, tallies, worker);
     }
 }
 
-/// Adds one round of samples to the active pixels.
-fn sample(view: View, round: u32, places: &[[u32; 2]], active: &[u32], tally: &mut Tally, worker: &mut Worker) {
+/// Samples that are to be taken.
+struct Picked<'a> {
+    round: u32,
+    share: Share,
+    places: &'a [[u32; 2]],
+    active: &'a [u32],
+}
+
+/// Adds a share of one round of samples to the active pixels.
+fn sample(view: View, picked: Picked, tallies: &mut [Tally], worker: &mut Worker) {
+    let Picked { round, share, places, active } = picked;
     let strata = view.settings.strata;
-    let samples = (strata * strata) as usize;
     let seed = if round == 0 { view.settings.seed } else { combine(view.settings.seed, round.into()) };
     let mut buffers = std::mem::take(&mut worker.waves);
     let cone = Cone { width: 0.0, spread: view.camera.spread() / strata as f32 };
-    let total = active.len() * samples;
-    for first in (0..total).step_by(BATCH) {
-        let batch = first..(first + BATCH).min(total);
-        buffers.begin(batch.len(), view.settings.features);
-        let place = |index: usize| places[active[index / samples] as usize];
-        let of_pixel = |[x, y]: [u32; 2]| Sampler::new(seed, y * view.width + x, strata);
-        let mut sampler = of_pixel(place(first));
-        for index in batch.clone() {
-            let [x, y] = place(index);
-            if index % samples == 0 {
-                sampler = of_pixel([x, y]);
-            }
-            sampler.sample = (index % samples) as u32;
+    let mut work = active.iter().flat_map(|pixel| {
+        let mut sampler = view.settings.sampler(seed, places[*pixel as usize], view.width);
+        share.samples(&sampler).map(move |sample| {
+            sampler.sample = sample;
+            (*pixel as usize, sampler)
+        })
+    });
+    let mut batch: Vec<(usize, Sampler)> = Vec::with_capacity(BATCH);
+    loop {
+        batch.clear();
+        batch.extend(work.by_ref().take(BATCH));
+        if batch.is_empty() {
+            break;
+        }
+        buffers.begin(batch.len(), view.passes, view.settings.features);
+        for (pixel, sampler) in &batch {
+            let [x, y] = places[*pixel];
             let square = if strata == 1 { [0.5; 2] } else { sampler.in_own_cell(Node::CAMERA, Domain::Pixel) };
             let (offset, weight) = view.filter.sample(square);
             let [dx, dy] = offset.map(|x| x - 0.5);
             let lot = Lot { weight, off_center: dx * dx + dy * dy };
-            buffers.start(view.camera.ray(x, y, offset, &sampler), sampler, cone, lot);
+            buffers.start(view.camera.ray(x, y, offset, sampler), *sampler, cone, lot);
         }
         worker.counters.primary_rays += batch.len() as u64;
         wave::trace(view, &mut buffers, worker);
-        for (i, index) in batch.enumerate() {
-            let (pixel, lot) = (active[index / samples] as usize, buffers.lots[i]);
-            tally.add(pixel, buffers.colors[i], lot.weight);
+        for (i, (pixel, _)) in batch.iter().enumerate() {
+            let (pixel, lot) = (*pixel, buffers.lots[i]);
+            for (pass, tally) in tallies.iter_mut().enumerate() {
+                tally.add(pixel, buffers.colors[pass * BATCH + i], lot.weight);
+            }
             if view.settings.features {
-                tally.add_feature(pixel, buffers.features[i].as_ref(), lot.off_center);
+                tallies[0].add_feature(pixel, buffers.features[i].as_ref(), lot.off_center);
             }
         }
     }
     worker.waves = buffers;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_a_fair_partition_of_the_samples() {
+        for (strata, of) in [(1, 1), (2, 4), (3, 7), (4, 16), (4, 5), (6, 1)] {
+            let mut sizes = vec![0u32; of as usize];
+            for pixel in 0..4000 {
+                let sampler = Sampler::new(3, pixel, strata);
+                let mut seen = vec![false; (strata * strata) as usize];
+                for index in 0..of {
+                    for sample in (Share { index, of }).samples(&sampler) {
+                        assert!(!std::mem::replace(&mut seen[sample as usize], true));
+                        sizes[index as usize] += 1;
+                    }
+                }
+                assert!(seen.iter().all(|s| *s), "{strata} {of}");
+            }
+            let mean = f64::from(4000 * strata * strata) / f64::from(of);
+            assert!(sizes.iter().all(|n| (f64::from(*n) / mean - 1.0).abs() < 0.03), "{strata} {of}: {sizes:?}");
+        }
+        let whole: Vec<u32> = Share::WHOLE.samples(&Sampler::new(1, 2, 3)).collect();
+        assert_eq!(whole, (0..9).collect::<Vec<_>>());
+    }
 }

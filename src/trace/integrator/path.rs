@@ -1,68 +1,124 @@
-//! Path tracing: every hit goes on in one direction (Kajiya 1986), and asks all lights for their light on the way.
+//! Path tracing: every hit goes on in one direction (Kajiya 1986), and asks one light for its light on the way.
 //!
-//! A surface scatters as Lambert's law has it, as a mirror, or as glass; which of these a path takes is drawn in
-//! proportion to their weights. Highlights are those of the lights only. An area light with inverse square falloff is a
-//! Lambertian emitter whose `color` is what arrives at distance 1 straight before it: radiance times area over pi.
+//! Light that a ray meets by itself and light that was asked for are one and the same; each is weighed by how well its
+//! way of sampling finds it (multiple importance sampling, Veach 1997). Surfaces that single rays alone find (mirrors,
+//! polished glass) leave lights to the rays. Paths end by chance where little is left of their light, which keeps the
+//! mean (Russian roulette), and at `max_depth` rays, the camera's being the first; the last surface asks for light with
+//! its full weight, since no ray follows that could meet it.
 
 use glam::Vec3;
 
 use super::View;
-use super::recursive::{division, mirrored, transmitted};
-use super::wave::{Encounter, Errand, Wave};
-use crate::trace::sampler::{Domain, concentric_disk};
+use super::wave::{CLEAR, Encounter, Errand, Shadows, Wave, found, place};
+use crate::trace::bsdf::{Bsdf, Frame, Transport};
+use crate::trace::sampler::Domain;
 use crate::trace::{Counters, Ray};
 
-/// Adds the ray that the path goes on with, if it does.
-pub fn scatter(view: View, met: &Encounter, next: &mut Wave, counters: &mut Counters) {
-    let material = met.material;
-    let node = met.errand.node;
-    if material.transmission > 0.0 {
-        let (refracted, reflected, through) = division(view, met);
-        let color = material.mirror_color * reflected;
-        let chance = reflected / (reflected + through);
-        if refracted.is_none() || met.sampler.extra(node, Domain::Lobe) < chance {
-            counters.reflection_rays += 1;
-            mirrored(view, met, color / chance, next);
-        } else if let Some(direction) = refracted {
-            counters.refraction_rays += 1;
-            transmitted(met, direction, Vec3::splat(through / (1.0 - chance)), next);
+/// Rays that every path may have before chance decides about it.
+const SAFE_DEPTH: u32 = 3;
+
+/// Adds the light of lamps that a ray crosses on its way; they do not stop it.
+#[inline]
+pub fn cross_lamps(view: View, ray: &Ray, errand: &Errand, camera: bool, colors: &mut [Vec3]) {
+    view.lights.crossed(ray, camera, |radiance, distance, asked, pass| {
+        let mut weight = errand.weight * found(errand.pdf, asked);
+        if errand.medium != CLEAR {
+            weight *= view.materials[errand.medium as usize].left_after(distance);
         }
-        return;
+        colors[place(errand.sample, pass) as usize] += weight * radiance;
+    });
+}
+
+/// Asks a light, and adds the ray that the path goes on with, if it does.
+pub fn shade(
+    view: View,
+    met: &Encounter,
+    depth: u32,
+    shadows: &mut [Shadows],
+    next: &mut Wave,
+    counters: &mut Counters,
+) {
+    let bsdf = Bsdf::new(met.material, met.front, view.settings.fresnel, Transport::Radiance);
+    let (frame, wo) = met.frame();
+    let last = depth == view.settings.max_depth;
+    if !bsdf.is_specular() && !shadows.is_empty() {
+        ask(view, met, &bsdf, &frame, wo, last, shadows);
     }
-    let mirror = material.mirror_color * material.reflection;
-    let (shiny, matt) = (mirror.max_element(), material.diffuse.max_element());
-    if shiny <= 0.0 && matt <= 0.0 {
-        return;
-    }
-    let chance = shiny / (shiny + matt);
-    if matt <= 0.0 || (shiny > 0.0 && met.sampler.extra(node, Domain::Lobe) < chance) {
-        counters.reflection_rays += 1;
-        mirrored(view, met, mirror / chance, next);
-    } else {
-        counters.diffuse_rays += 1;
-        diffuse(met, material.diffuse / (1.0 - chance), next);
+    if !last {
+        scatter(met, &bsdf, &frame, wo, depth, next, counters);
     }
 }
 
-/// How much wider the cones of rays get that a diffuse surface scatters, in radians: far less than they are apart, so
-/// that what they find of a texture stays true to its place.
-const DIFFUSE_SPREAD: f32 = 0.1;
-
-/// Adds a ray by the cosine around the normal: the cosine and the density cancel.
-fn diffuse(met: &Encounter, weight: Vec3, next: &mut Wave) {
-    let Encounter { errand, surface, .. } = met;
-    let node = errand.node.scattered();
-    let [x, y] = concentric_disk(met.sampler.stratified(node, Domain::Bounce));
-    let z = (1.0 - x * x - y * y).max(0.0).sqrt();
-    let normal = surface.shading_normal;
-    let (tangent, bitangent) = normal.any_orthonormal_pair();
-    let direction = (tangent * x + bitangent * y + normal * z).normalize();
-    // Below the surface nothing arrives.
-    if direction.dot(surface.geometric_normal) <= 0.0 {
+fn ask(view: View, met: &Encounter, bsdf: &Bsdf, frame: &Frame, wo: Vec3, last: bool, shadows: &mut [Shadows]) {
+    let Encounter { errand, surface, sampler, .. } = met;
+    let domain = Domain::Light(0);
+    let pick = if view.lights.len() > 1 { sampler.extra(errand.node, domain) } else { 0.0 };
+    let Some(light) = view.lights.sample(surface.point, pick, sampler.stratified(errand.node, domain)) else { return };
+    let wi = frame.to_local(light.direction);
+    let above = surface.geometric_normal.dot(light.direction) > 0.0;
+    // A smooth normal and the true one may disagree about the side: no light leaks through.
+    if above != (wi.z > 0.0) {
         return;
     }
+    let value = bsdf.eval(wo, wi);
+    if value == Vec3::ZERO {
+        return;
+    }
+    let share = if light.pdf > 0.0 && !last { found(light.pdf, bsdf.pdf(wo, wi)) } else { 1.0 };
+    let value = value * surface.terminator(light.direction);
+    let ray = Ray { origin: surface.leave(light.direction), direction: light.direction, t_max: light.distance };
+    let bin = light.light as usize % shadows.len();
+    let sample = place(errand.sample, view.lights.pass(light.light));
+    shadows[bin].push(view, ray, light.target, sample, errand.weight * (value * light.gain * share));
+}
+
+fn scatter(
+    met: &Encounter,
+    bsdf: &Bsdf,
+    frame: &Frame,
+    wo: Vec3,
+    depth: u32,
+    next: &mut Wave,
+    counters: &mut Counters,
+) {
+    let Encounter { errand, surface, material, sampler, front, .. } = met;
+    let node = errand.node.scattered();
+    let lobe = if let Bsdf::Lambert(_) = bsdf { 0.0 } else { sampler.extra(errand.node, Domain::Lobe) };
+    let Some(sampled) = bsdf.sample(wo, sampler.stratified(errand.node, Domain::Bounce), lobe) else { return };
+    let mut direction = frame.to_world(sampled.wi).normalize();
+    let height = surface.geometric_normal.dot(direction);
+    if (height < 0.0) != sampled.transmitted {
+        if !sampled.specular {
+            return;
+        }
+        // A mirror's ray that a smooth normal sends to the wrong side is brought back.
+        direction -= surface.geometric_normal * (2.0 * height);
+    }
+    let shown = if sampled.specular { 1.0 } else { surface.terminator(direction) };
+    let mut weight = errand.weight * sampled.weight * shown;
+    // What radiance loses on its way into glass it gets back on its way out: no reason to end a path.
+    let inside = sampled.transmitted == *front && material.transmission > 0.0;
+    let worth = weight.max_element() * if inside { (material.ior * material.ior).max(1.0) } else { 1.0 };
+    if worth.is_nan() || worth <= 0.0 {
+        return;
+    }
+    if depth >= SAFE_DEPTH && worth < 1.0 {
+        if sampler.random(node, Domain::Roulette)[0] >= worth {
+            return;
+        }
+        weight /= worth;
+    }
+    let medium = if sampled.transmitted { met.medium_behind() } else { errand.medium };
+    if sampled.transmitted {
+        counters.refraction_rays += 1;
+    } else if sampled.specular {
+        counters.reflection_rays += 1;
+    } else {
+        counters.diffuse_rays += 1;
+    }
     let ray = Ray::new(surface.leave(direction), direction);
-    let weight = errand.weight * weight * surface.terminator(direction);
-    let cone = errand.cone.widened(DIFFUSE_SPREAD);
-    next.push(ray, Errand { sample: errand.sample, node, weight, cone });
+    next.push(
+        ray,
+        Errand { node, weight, pdf: sampled.pdf, medium, cone: errand.scattered_cone(sampled.pdf), ..*errand },
+    );
 }

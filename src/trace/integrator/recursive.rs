@@ -1,16 +1,216 @@
 //! Whitted and distribution ray tracing: every mirror is followed, and at glass both ways.
+//!
+//! Surfaces of facets send out one ray over their facets; Whitted pictures take them for polished. What shines among
+//! the primitives lights a distribution picture; in a Whitted one it is seen, in mirrors too, and lights nothing.
+
+use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::View;
-use super::wave::{Encounter, Errand, Wave};
-use crate::components::Fresnel;
+use super::wave::{Encounter, Errand, Shadows, Wave, found, place};
+use super::{LightSampling, View};
+use crate::components::{Fresnel, Integrator, Model};
+use crate::trace::bsdf::{Bsdf, Frame, Sampled, Transport};
+use crate::trace::lights::Light;
 use crate::trace::sampler::Domain;
-use crate::trace::surfacing::{fresnel, reflect, refract};
+use crate::trace::surfacing::{Surfacing, fresnel, reflect, refract};
 use crate::trace::{Counters, Ray};
 
+/// The law that a surface other than Blinn-Phong's scatters by, and its axes.
+struct Law {
+    all: Bsdf,
+    /// What is followed by a ray.
+    glossy: Option<Bsdf>,
+    frame: Frame,
+    wo: Vec3,
+}
+
+impl Law {
+    fn new(view: View, met: &Encounter) -> Law {
+        let whitted = view.settings.integrator == Integrator::Whitted;
+        let polished = Surfacing { alpha: 0.0, ..*met.material };
+        let material = if whitted { &polished } else { met.material };
+        let all = Bsdf::new(material, met.front, view.settings.fresnel, Transport::Radiance);
+        let (frame, wo) = met.frame();
+        Law { all, glossy: all.glossy(), frame, wo }
+    }
+}
+
+/// Asks the lights and adds the rays that a hit gives rise to.
+pub fn shade(
+    view: View,
+    met: &Encounter,
+    last: bool,
+    shadows: &mut [Shadows],
+    next: &mut Wave,
+    counters: &mut Counters,
+) {
+    let material = met.material;
+    if material.model != Model::BlinnPhong {
+        return shade_law(view, met, last, shadows, next, counters);
+    }
+    if material.diffuse != Vec3::ZERO || material.specular != Vec3::ZERO {
+        for (i, light) in view.lights.lamps().iter().enumerate() {
+            direct(view, met, None, light, Domain::Light(i as u32), &mut shadows[i]);
+        }
+        if !view.lights.emitters().is_empty() {
+            let all = Bsdf::new(
+                &Surfacing { gloss: 0.0, ..*material },
+                met.front,
+                view.settings.fresnel,
+                Transport::Radiance,
+            );
+            let (frame, wo) = met.frame();
+            shining(view, met, &Law { all, glossy: None, frame, wo }, shadows);
+        }
+    }
+    if !last {
+        spawn(view, met, next, counters);
+    }
+}
+
+fn shade_law(
+    view: View,
+    met: &Encounter,
+    last: bool,
+    shadows: &mut [Shadows],
+    next: &mut Wave,
+    counters: &mut Counters,
+) {
+    let law = Law::new(view, met);
+    if !law.all.is_specular() {
+        for (i, light) in view.lights.lamps().iter().enumerate() {
+            direct(view, met, Some(&law), light, Domain::Light(i as u32), &mut shadows[i]);
+        }
+        shining(view, met, &law, shadows);
+    }
+    let Some(glossy) = law.glossy.filter(|_| !last) else { return };
+    if met.material.model == Model::Dielectric && glossy.is_specular() {
+        return dielectric(view, met, next, counters);
+    }
+    let node = met.errand.node.reflected();
+    let lobe = met.sampler.extra(node, Domain::Lobe);
+    if let Some(sampled) = glossy.sample(law.wo, met.sampler.stratified(node, Domain::Gloss), lobe) {
+        follow(met, &law.frame, sampled, next, counters);
+    }
+}
+
+/// Adds the ray of a sample.
+fn follow(met: &Encounter, frame: &Frame, sampled: Sampled, next: &mut Wave, counters: &mut Counters) {
+    let Encounter { errand, surface, .. } = met;
+    let mut direction = frame.to_world(sampled.wi).normalize();
+    let height = surface.geometric_normal.dot(direction);
+    if (height < 0.0) != sampled.transmitted {
+        if !sampled.specular {
+            return;
+        }
+        direction -= surface.geometric_normal * (2.0 * height);
+    }
+    let (node, medium) = if sampled.transmitted {
+        counters.refraction_rays += 1;
+        (errand.node.refracted(), met.medium_behind())
+    } else {
+        counters.reflection_rays += 1;
+        (errand.node.reflected(), errand.medium)
+    };
+    let ray = Ray::new(surface.leave(direction), direction);
+    let shown = if sampled.specular { 1.0 } else { surface.terminator(direction) };
+    let onward = errand.onward(node, sampled.weight * shown);
+    next.push(ray, Errand { pdf: sampled.pdf, medium, cone: errand.scattered_cone(sampled.pdf), ..onward });
+}
+
+/// A shadow ray to one of the primitives that shine.
+fn shining(view: View, met: &Encounter, law: &Law, shadows: &mut [Shadows]) {
+    let Encounter { errand, surface, sampler, .. } = met;
+    if view.settings.integrator == Integrator::Whitted {
+        return;
+    }
+    let lamps = view.lights.lamps().len();
+    let domain = Domain::Light(lamps as u32);
+    let pick = sampler.extra(errand.node, domain);
+    let at = sampler.stratified(errand.node, domain);
+    let Some(light) = view.lights.sample_emitters(surface.point, pick, at) else { return };
+    let wi = law.frame.to_local(light.direction);
+    if (surface.geometric_normal.dot(light.direction) > 0.0) != (wi.z > 0.0) {
+        return;
+    }
+    // Where a ray looks for the same light, the two share it.
+    let mut value = law.all.eval(law.wo, wi);
+    if let Some(glossy) = &law.glossy {
+        let both = glossy.eval(law.wo, wi);
+        value += both * (found(light.pdf, glossy.pdf(law.wo, wi)) - 1.0);
+    }
+    if value.max_element() > 0.0 {
+        let ray = Ray { origin: surface.leave(light.direction), direction: light.direction, t_max: light.distance };
+        let shown = surface.terminator(light.direction);
+        let gain = errand.weight * (value.max(Vec3::ZERO) * light.gain * shown);
+        shadows[lamps].push(view, ray, light.target, errand.sample, gain);
+    }
+}
+
+/// Shadow rays from a surface to a lamp.
+fn direct(view: View, met: &Encounter, law: Option<&Law>, light: &Light, domain: Domain, shadows: &mut Shadows) {
+    let sampler = &met.sampler;
+    let at = match view.settings.light_sampling {
+        _ if light.is_point() => [0.5; 2],
+        LightSampling::Center => [0.5; 2],
+        LightSampling::Fixed(n) => {
+            let cell = |i: u32| (i as f32 + 0.5) / n as f32;
+            for k in 0..n * n {
+                lit(view, met, law, light, [cell(k % n), cell(k / n)], 1.0 / (n * n) as f32, shadows);
+            }
+            return;
+        }
+        LightSampling::Random => sampler.random(met.errand.node, domain),
+        LightSampling::Jittered => sampler.stratified(met.errand.node, domain),
+    };
+    lit(view, met, law, light, at, 1.0, shadows);
+}
+
+/// Light from one point of a lamp, and the ray that tells whether anything stands between.
+fn lit(view: View, met: &Encounter, law: Option<&Law>, light: &Light, at: [f32; 2], share: f32, shadows: &mut Shadows) {
+    let Encounter { errand, surface, .. } = met;
+    let target = light.point(at);
+    let above = surface.geometric_normal.dot(target - surface.point);
+    // Only ground glass is lit from behind.
+    let through = law.is_some() && met.material.transmission > 0.0;
+    if above.is_nan() || (above <= 0.0 && !through) {
+        return;
+    }
+    let from = surface.leave(if above > 0.0 { surface.geometric_normal } else { -surface.geometric_normal });
+    let offset = target - from;
+    let square = offset.length_squared();
+    let distance = square.sqrt();
+    let direction = offset * (1.0 / distance);
+    let cosine = surface.shading_normal.dot(direction);
+    // Not so where the light touches the surface either: the distance is 0, and the cosine no number.
+    if cosine.is_nan() || (cosine > 0.0) != (above > 0.0) || cosine == 0.0 {
+        return;
+    }
+    let color = match law {
+        Some(law) => law.all.eval(law.wo, law.frame.to_local(direction)) * PI,
+        None => blinn_phong(met, direction, cosine),
+    };
+    let color = color * surface.terminator(direction);
+    let strength = if light.inverse_square { share / square } else { share };
+    let ray = Ray { origin: from, direction, t_max: distance };
+    let sample = place(errand.sample, light.pass);
+    shadows.push(view, ray, target, sample, errand.weight * (color * light.color * strength));
+}
+
+fn blinn_phong(met: &Encounter, direction: Vec3, cosine: f32) -> Vec3 {
+    let Encounter { surface, material, .. } = met;
+    let mut color = material.diffuse * cosine;
+    if material.specular != Vec3::ZERO {
+        let half = (direction - met.direction).normalize_or_zero();
+        let base = half.dot(surface.shading_normal).max(0.0);
+        color += material.specular * libm::powf(base, material.shininess);
+    }
+    color
+}
+
 /// Adds the rays that a hit gives rise to.
-pub fn spawn(view: View, met: &Encounter, next: &mut Wave, counters: &mut Counters) {
+fn spawn(view: View, met: &Encounter, next: &mut Wave, counters: &mut Counters) {
     let material = met.material;
     if material.transmission > 0.0 {
         dielectric(view, met, next, counters);
@@ -21,7 +221,7 @@ pub fn spawn(view: View, met: &Encounter, next: &mut Wave, counters: &mut Counte
 }
 
 /// Adds the ray that shows what a mirror shows.
-pub fn mirrored(view: View, met: &Encounter, weight: Vec3, next: &mut Wave) {
+fn mirrored(view: View, met: &Encounter, weight: Vec3, next: &mut Wave) {
     let Encounter { errand, surface, material, .. } = met;
     let node = errand.node.reflected();
     let mut direction = reflect(met.direction, surface.shading_normal);
@@ -38,11 +238,11 @@ pub fn mirrored(view: View, met: &Encounter, weight: Vec3, next: &mut Wave) {
         direction -= surface.geometric_normal * (2.0 * height);
     }
     let ray = Ray::new(surface.leave(direction), direction);
-    next.push(ray, Errand { sample: errand.sample, node, weight: errand.weight * weight, cone });
+    next.push(ray, Errand { cone, ..errand.onward(node, weight) });
 }
 
 /// Adds the ray that goes through the surface in the refracted direction.
-pub fn transmitted(met: &Encounter, mut direction: Vec3, weight: Vec3, next: &mut Wave) {
+fn transmitted(met: &Encounter, mut direction: Vec3, weight: Vec3, next: &mut Wave) {
     let Encounter { errand, surface, .. } = met;
     // A smooth normal may bend the ray back out: keep it on the far side.
     let height = direction.dot(surface.geometric_normal);
@@ -51,21 +251,23 @@ pub fn transmitted(met: &Encounter, mut direction: Vec3, weight: Vec3, next: &mu
     }
     let ray = Ray::new(surface.leave(direction), direction);
     let node = errand.node.refracted();
-    next.push(ray, Errand { sample: errand.sample, node, weight: errand.weight * weight, cone: errand.cone });
+    next.push(ray, Errand { medium: met.medium_behind(), ..errand.onward(node, weight) });
 }
 
 /// How a transparent surface divides light: the refracted direction, and weights of reflection and refraction.
-pub fn division(view: View, met: &Encounter) -> (Option<Vec3>, f32, f32) {
+fn division(view: View, met: &Encounter) -> (Option<Vec3>, f32, f32) {
     let (direction, material) = (met.direction, met.material);
     let eta = if met.front { 1.0 / material.ior } else { material.ior };
     let normal = met.surface.shading_normal;
     let refracted = refract(direction, normal, eta);
     let model = view.settings.fresnel;
+    let classic = material.model == Model::BlinnPhong;
     match refracted {
-        None if model == Fresnel::Off => (None, (material.reflection + material.transmission).min(1.0), 0.0),
+        None if model == Fresnel::Off && classic => (None, (material.reflection + material.transmission).min(1.0), 0.0),
         None => (None, 1.0, 0.0),
-        Some(_) if model == Fresnel::Off => (refracted, material.reflection, material.transmission),
+        Some(_) if model == Fresnel::Off && classic => (refracted, material.reflection, material.transmission),
         Some(_) => {
+            let model = if classic { model } else { Fresnel::Exact };
             let share = fresnel(model, -direction.dot(normal), eta);
             (refracted, share, (1.0 - share) * material.transmission)
         }

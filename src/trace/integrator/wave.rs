@@ -2,11 +2,11 @@
 
 use glam::Vec3;
 
-use super::{LightSampling, View, feature, path, recursive};
+use super::{BATCH, View, feature, path, recursive};
 use crate::components::Integrator;
 use crate::film::Feature;
-use crate::trace::lights::Light;
-use crate::trace::sampler::{Domain, Node, Sampler};
+use crate::trace::bsdf::Frame;
+use crate::trace::sampler::{Node, Sampler};
 use crate::trace::surfacing::Surfacing;
 use crate::trace::texture::Cone;
 use crate::trace::{Hit, Ray, Surface, Worker};
@@ -21,6 +21,33 @@ pub struct Errand {
     pub weight: Vec3,
     /// Of the ray where it starts; in an [`Encounter`] where it ends.
     pub cone: Cone,
+    /// Density per steradian with which the direction was sampled; 0 if nothing else could have found it.
+    pub pdf: f32,
+    /// Material of the body that the ray runs in and that swallows light, or [`CLEAR`].
+    pub medium: u32,
+}
+
+/// Cosine below which a smooth normal is not trusted.
+const LEAST_FACING: f32 = 1e-3;
+
+/// No medium that swallows light.
+pub const CLEAR: u32 = u32::MAX;
+
+/// How much wider the cones of rays get that a diffuse surface scatters, in radians: far less than they are apart, so
+/// that what they find of a texture stays true to its place.
+const DIFFUSE_SPREAD: f32 = 0.1;
+
+impl Errand {
+    /// The errand of a ray in the one possible direction.
+    pub fn onward(&self, node: Node, weight: Vec3) -> Errand {
+        Errand { node, weight: self.weight * weight, pdf: 0.0, ..*self }
+    }
+
+    /// The cone of a ray whose direction was sampled with this density, 0 for the one possible direction: the wider the
+    /// lobe, the wider the cone.
+    pub fn scattered_cone(&self, pdf: f32) -> Cone {
+        if pdf > 0.0 { self.cone.widened((0.5 / pdf.sqrt()).min(DIFFUSE_SPREAD)) } else { self.cone }
+    }
 }
 
 /// Rays on their way, and their errands.
@@ -45,7 +72,7 @@ impl Wave {
 
 /// Shadow rays towards one light, with what each adds if nothing stands in its way.
 #[derive(Debug, Default)]
-struct Shadows {
+pub struct Shadows {
     rays: Vec<Ray>,
     /// Ends of the rays, where transparent surfaces do not stop them.
     targets: Vec<Vec3>,
@@ -60,6 +87,21 @@ pub struct Lot {
     pub off_center: f32,
 }
 
+impl Shadows {
+    /// Asks whether the way to `target` is free.
+    #[inline]
+    pub fn push(&mut self, view: View, ray: Ray, target: Vec3, sample: u32, gain: Vec3) {
+        self.rays.push(ray);
+        if view.settings.transparent_shadows {
+            self.targets.push(target);
+        }
+        self.gains.push((sample, gain));
+    }
+}
+
+/// Bins of shadow rays for lights that are chosen among: those to one light run alike.
+const BINS: usize = 32;
+
 /// Memory of the waves, kept from batch to batch.
 #[derive(Debug, Default)]
 pub struct Buffers {
@@ -70,7 +112,7 @@ pub struct Buffers {
     /// By light.
     shadows: Vec<Shadows>,
     samplers: Vec<Sampler>,
-    /// Colour of each sample.
+    /// Colour of each sample, pass by pass: see [`place`].
     pub colors: Vec<Vec3>,
     /// Where each sample lies in its pixel.
     pub lots: Vec<Lot>,
@@ -79,14 +121,14 @@ pub struct Buffers {
 }
 
 impl Buffers {
-    pub fn begin(&mut self, samples: usize, features: bool) {
+    pub fn begin(&mut self, samples: usize, passes: usize, features: bool) {
         self.wave.clear();
         self.samplers.clear();
         self.lots.clear();
         self.features.clear();
         self.features.resize(if features { samples } else { 0 }, None);
         self.colors.clear();
-        self.colors.resize(samples, Vec3::ZERO);
+        self.colors.resize((passes - 1) * BATCH + samples, Vec3::ZERO);
     }
 
     /// Adds the camera ray of the next sample.
@@ -94,8 +136,15 @@ impl Buffers {
         let sample = self.samplers.len() as u32;
         self.samplers.push(sampler);
         self.lots.push(lot);
-        self.wave.push(ray, Errand { sample, node: Node::CAMERA, weight: Vec3::ONE, cone });
+        let errand = Errand { sample, node: Node::CAMERA, weight: Vec3::ONE, cone, pdf: 0.0, medium: CLEAR };
+        self.wave.push(ray, errand);
     }
+}
+
+/// Where the light of a pass is added up for a sample.
+#[inline]
+pub fn place(sample: u32, pass: u32) -> u32 {
+    sample + pass * BATCH as u32
 }
 
 /// A ray, the surface that it met, and what the surface is of.
@@ -110,9 +159,33 @@ pub struct Encounter<'a> {
     pub sampler: Sampler,
 }
 
+impl Encounter<'_> {
+    /// Axes of the surface, and the direction back along the ray in them; its z is positive.
+    #[inline]
+    pub fn frame(&self) -> (Frame, Vec3) {
+        // A smooth normal may turn away from the ray: the true one does not.
+        let facing = self.surface.shading_normal.dot(self.direction) < -LEAST_FACING;
+        let normal = if facing { self.surface.shading_normal } else { self.surface.geometric_normal };
+        let frame = Frame::new(normal);
+        let wo = frame.to_local(-self.direction);
+        (frame, Vec3::new(wo.x, wo.y, wo.z.max(1e-7)))
+    }
+
+    /// What the ray that goes through runs in.
+    #[inline]
+    pub fn medium_behind(&self) -> u32 {
+        if self.front && self.material.absorption != Vec3::ZERO { self.surface.material } else { CLEAR }
+    }
+}
+
 /// Traces the camera rays in the buffers and all that follow from them.
 pub fn trace(view: View, buffers: &mut Buffers, worker: &mut Worker) {
-    buffers.shadows.resize_with(view.lights.len(), Shadows::default);
+    let bins = match view.settings.integrator {
+        Integrator::Path => view.lights.len().min(BINS),
+        // One for what shines among the primitives.
+        Integrator::Whitted | Integrator::Distribution => view.lights.lamps().len() + 1,
+    };
+    buffers.shadows.resize_with(bins, Shadows::default);
     for depth in 1..=view.settings.max_depth {
         if buffers.wave.rays.is_empty() {
             return;
@@ -121,7 +194,7 @@ pub fn trace(view: View, buffers: &mut Buffers, worker: &mut Worker) {
         if depth == 1 {
             worker.counters.primary_hits += buffers.hits.iter().flatten().count() as u64;
         }
-        shade(view, buffers, depth == view.settings.max_depth, worker);
+        shade(view, buffers, depth, worker);
         for shadows in &mut buffers.shadows {
             settle(view, shadows, &mut buffers.blocked, &mut buffers.colors, worker);
         }
@@ -135,106 +208,89 @@ fn find(view: View, buffers: &mut Buffers, worker: &mut Worker) {
     buffers.hits.resize(buffers.wave.rays.len(), None);
     let hits = &mut buffers.hits;
     view.accelerator.closest_all(view.geometry, &buffers.wave.rays, worker, |i, hit| hits[i] = hit);
+    if let Some(boxes) = view.boxes {
+        for (ray, hit) in buffers.wave.rays.iter().zip(hits) {
+            worker.footprint.add(boxes, ray, hit.map_or(ray.t_max, |hit| hit.t));
+        }
+    }
 }
 
-fn shade(view: View, buffers: &mut Buffers, last: bool, worker: &mut Worker) {
+fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
     let Buffers { wave, next, hits, shadows, samplers, colors, features, .. } = buffers;
+    let path = view.settings.integrator == Integrator::Path;
+    let last = depth == view.settings.max_depth;
     for ((ray, errand), hit) in wave.rays.iter().zip(&wave.errands).zip(hits) {
-        let (direction, sample) = (ray.direction, errand.sample as usize);
+        let mut errand = *errand;
+        let met = hit.map_or(f32::INFINITY, |hit| hit.t);
+        if path {
+            path::cross_lamps(view, &Ray { t_max: met, ..*ray }, &errand, depth == 1, colors);
+        }
+        let color = &mut colors[errand.sample as usize];
+        if errand.medium != CLEAR {
+            errand.weight *= view.materials[errand.medium as usize].left_after(met);
+        }
         let Some(hit) = hit else {
-            let sky = view.environment.map_or(view.settings.background, |sky| sky.lookup_wide(direction, errand.cone));
-            colors[sample] += errand.weight * sky;
+            *color += errand.weight * sky(view, ray.direction, &errand);
             continue;
         };
         let mut surface = view.geometry.surface(ray, hit);
         let mut material = &view.materials[surface.material as usize];
-        let errand = Errand { cone: errand.cone.at(hit.t), ..*errand };
+        errand.cone = errand.cone.at(hit.t);
         let dressed = view.skins.dress(view.geometry, (ray, hit), errand.cone, &mut surface, material);
         if let Some(dressed) = &dressed {
             material = dressed;
         }
-        let front = direction.dot(surface.geometric_normal) < 0.0;
+        if material.emission != Vec3::ZERO {
+            let asked = match view.settings.integrator {
+                _ if errand.pdf == 0.0 => 0.0,
+                Integrator::Path => view.lights.pdf(ray, hit, &surface),
+                Integrator::Whitted | Integrator::Distribution => view.lights.pdf_emitters(ray, hit, &surface),
+            };
+            *color += errand.weight * (material.emission * found(errand.pdf, asked));
+        }
+        let front = ray.direction.dot(surface.geometric_normal) < 0.0;
         let surface = if front { surface } else { surface.flipped() };
-        let met = Encounter { direction, errand, surface, material, front, sampler: samplers[sample] };
-        if view.settings.features && errand.node == Node::CAMERA {
-            features[sample] = Some(feature::seen(view, &met));
+        let sampler = samplers[errand.sample as usize];
+        let met = Encounter { direction: ray.direction, errand, surface, material, front, sampler };
+        if view.settings.features && depth == 1 {
+            features[errand.sample as usize] = Some(feature::seen(view, &met));
         }
-        if material.diffuse != Vec3::ZERO || material.specular != Vec3::ZERO {
-            for (i, light) in view.lights.iter().enumerate() {
-                direct(view, &met, light, Domain::Light(i as u32), &mut shadows[i]);
-            }
-        }
-        if !last {
-            match view.settings.integrator {
-                Integrator::Path => path::scatter(view, &met, next, &mut worker.counters),
-                Integrator::Whitted | Integrator::Distribution => {
-                    recursive::spawn(view, &met, next, &mut worker.counters);
-                }
-            }
+        if path {
+            path::shade(view, &met, depth, shadows, next, &mut worker.counters);
+        } else {
+            recursive::shade(view, &met, last, shadows, next, &mut worker.counters);
         }
     }
 }
 
-/// Shadow rays from a surface to a light.
-fn direct(view: View, met: &Encounter, light: &Light, domain: Domain, shadows: &mut Shadows) {
-    let sampler = &met.sampler;
-    let at = match view.settings.light_sampling {
-        _ if light.is_point() => [0.5; 2],
-        LightSampling::Center => [0.5; 2],
-        LightSampling::Fixed(n) => {
-            let cell = |i: u32| (i as f32 + 0.5) / n as f32;
-            for k in 0..n * n {
-                lit(view, met, light, [cell(k % n), cell(k / n)], 1.0 / (n * n) as f32, shadows);
-            }
-            return;
-        }
-        LightSampling::Random => sampler.random(met.errand.node, domain),
-        LightSampling::Jittered => sampler.stratified(met.errand.node, domain),
-    };
-    lit(view, met, light, at, 1.0, shadows);
+/// What a ray sees that leaves the scene, by its weight. Where it was asked for too, both ask the same point.
+fn sky(view: View, direction: Vec3, errand: &Errand) -> Vec3 {
+    match view.environment {
+        None => view.settings.background,
+        Some(sky) if errand.pdf == 0.0 => sky.lookup_wide(direction, errand.cone),
+        Some(sky) => sky.lookup(direction) * found(errand.pdf, view.lights.sky_pdf(direction)),
+    }
 }
 
-/// Blinn-Phong light from one point of a light, and the ray that tells whether anything stands between.
-fn lit(view: View, met: &Encounter, light: &Light, at: [f32; 2], share: f32, shadows: &mut Shadows) {
-    let Encounter { errand, surface, material, .. } = met;
-    let target = light.point(at);
-    if surface.geometric_normal.dot(target - surface.point) <= 0.0 {
-        return;
+/// Weight of light that a ray found by itself, where lights were asked for it too: the power heuristic (Veach 1997,
+/// section 9.2). 0 stands for a density of which there is none.
+#[inline]
+pub fn found(pdf: f32, asked: f32) -> f32 {
+    if pdf == 0.0 {
+        return 1.0;
     }
-    let from = surface.leave(surface.geometric_normal);
-    let offset = target - from;
-    let square = offset.length_squared();
-    let distance = square.sqrt();
-    let direction = offset * (1.0 / distance);
-    let cosine = surface.shading_normal.dot(direction);
-    // Not so where the light touches the surface either: the distance is 0, and the cosine no number.
-    if cosine.is_nan() || cosine <= 0.0 {
-        return;
-    }
-    let mut color = material.diffuse * cosine;
-    if material.specular != Vec3::ZERO {
-        let half = (direction - met.direction).normalize_or_zero();
-        let base = half.dot(surface.shading_normal).max(0.0);
-        color += material.specular * libm::powf(base, material.shininess);
-    }
-    color *= surface.terminator(direction);
-    let mut strength = if light.inverse_square { share / square } else { share };
-    if view.settings.integrator == Integrator::Path && light.inverse_square && !light.is_point() {
-        // A path tracer's area light is a Lambertian emitter.
-        strength *= light.normal.dot(direction).abs();
-    }
-    let ray = Ray { origin: from, direction, t_max: distance };
-    shadows.rays.push(ray);
-    if view.settings.transparent_shadows {
-        shadows.targets.push(target);
-    }
-    shadows.gains.push((errand.sample, errand.weight * (color * light.color * strength)));
+    // The smaller one is divided: no square can overflow.
+    let ratio = asked / pdf;
+    1.0 / (1.0 + ratio * ratio)
 }
 
 /// Traces the shadow rays towards a light and adds what gets through.
 fn settle(view: View, shadows: &mut Shadows, blocked: &mut Vec<bool>, colors: &mut [Vec3], worker: &mut Worker) {
     let Shadows { rays, targets, gains } = shadows;
     worker.counters.shadow_rays += rays.len() as u64;
+    if let Some(boxes) = view.boxes {
+        rays.iter().for_each(|ray| worker.footprint.add(boxes, ray, ray.t_max));
+    }
     let mut hits = 0;
     if view.settings.transparent_shadows {
         for ((ray, target), (sample, gain)) in rays.iter().zip(&*targets).zip(&*gains) {

@@ -59,8 +59,12 @@ impl Surface {
         }
         let (out, normal) = (self.geometric_normal, self.shading_normal);
         let (lit, shown) = (out.dot(direction), normal.dot(direction));
-        if lit <= 0.0 || shown <= 0.0 {
+        if (lit > 0.0) != (shown > 0.0) {
             return 0.0;
+        }
+        if lit <= 0.0 {
+            // Light that comes through from behind has no terminator.
+            return 1.0;
         }
         let g = (lit / (shown * out.dot(normal))).min(1.0);
         if g < 1.0 { g * (1.0 + g - g * g) } else { 1.0 }

@@ -44,6 +44,9 @@ pub struct Layer {
     depth: Option<f32>,
 }
 
+/// A footprint beyond all numbers, in texture coordinates.
+const ENDLESS: f32 = 1e9;
+
 impl Layer {
     /// `picture` is the one that the texture names, if it names one.
     pub fn new(texture: &Texture, picture: Option<Arc<Picture>>) -> Self {
@@ -84,12 +87,13 @@ impl Layer {
     /// Axes of the spot's footprint in texture coordinates.
     fn axes(&self, spot: &Spot) -> [Vec3; 2] {
         spot.axes.map(|a| {
-            self.linear
-                * match self.space {
-                    Space::Uv => spot.uv.along(a).extend(0.0),
-                    Space::Object => spot.frame.map.to_local * a,
-                    Space::World => a,
-                }
+            let a = match self.space {
+                Space::Uv => spot.uv.along(a).extend(0.0),
+                Space::Object => spot.frame.map.to_local * a,
+                Space::World => a,
+            };
+            let a = self.linear * a;
+            if a.is_finite() { a } else { Vec3::splat(ENDLESS) }
         })
     }
 

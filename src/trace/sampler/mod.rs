@@ -3,6 +3,10 @@
 //! A [`Sampler`] belongs to one sample of one pixel. It hands out stratified points: the n x n samples of a pixel fill
 //! the n x n cells of any square domain (pixel, lens, light, gloss) once each, in an order shuffled per pixel and
 //! domain, so that domains are decorrelated (Cook 1986; the shuffle is Kensler's, Pixar memo 13-01).
+//!
+//! A [`Sampler::sobol`] hands out [`sobol`] points by the same names, for any number of samples.
+
+pub mod sobol;
 
 use crate::base::random::{combine, mix, unit_f32};
 
@@ -16,6 +20,10 @@ pub enum Domain {
     Bounce,
     /// Which of a surface's ways of scattering a path takes.
     Lobe,
+    /// Whether a path goes on.
+    Roulette,
+    /// When, while the shutter is open.
+    Time,
     Light(u32),
 }
 
@@ -27,6 +35,8 @@ impl Domain {
             Domain::Gloss => 2,
             Domain::Bounce => 3,
             Domain::Lobe => 4,
+            Domain::Roulette => 5,
+            Domain::Time => 6,
             Domain::Light(i) => 16 + u64::from(i),
         }
     }
@@ -35,12 +45,20 @@ impl Domain {
 /// One sample of one pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
+    /// Of the pixel; of its block for Sobol points.
     pixel_key: u64,
     /// Index of the sample, 0..strata^2.
     pub sample: u32,
     /// Side n of the n x n strata.
     pub strata: u32,
+    /// Place of the pixel along the curve through its block; [`STRATA`] where points are stratified.
+    place: u32,
+    /// Digits that number the samples of a pixel.
+    digits: u32,
 }
+
+/// No place along a curve.
+const STRATA: u32 = u32::MAX;
 
 /// A node of the tree of rays of one sample: equal for corresponding rays of all samples of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,7 +82,23 @@ impl Node {
 
 impl Sampler {
     pub fn new(seed: u64, pixel: u32, strata: u32) -> Self {
-        Sampler { pixel_key: combine(seed, u64::from(pixel)), sample: 0, strata }
+        Sampler { pixel_key: combine(seed, u64::from(pixel)), sample: 0, strata, place: STRATA, digits: 0 }
+    }
+
+    /// Sobol points for `samples` samples of pixel (x, y); those past that number start another set.
+    pub fn sobol(seed: u64, [x, y]: [u32; 2], samples: u32) -> Self {
+        let block = u64::from(x >> sobol::BLOCK_BITS) << 32 | u64::from(y >> sobol::BLOCK_BITS);
+        let place = sobol::curve([x, y]);
+        let strata = samples.isqrt().max(1);
+        Sampler { pixel_key: combine(seed, block), sample: 0, strata, place, digits: sobol::digits(samples) }
+    }
+
+    /// Number of the sample in the sequence of its block, how many digits that has, and the key of a pair.
+    fn numbered(&self, key: u64) -> (u32, u32, u64) {
+        let low = self.sample & ((1 << (2 * self.digits)) - 1);
+        let set = self.sample >> (2 * self.digits);
+        let key = if set == 0 { key } else { combine(key, u64::from(set)) };
+        (self.place << (2 * self.digits) | low, sobol::BLOCK_BITS + self.digits, key)
     }
 
     fn key(&self, node: Node, domain: Domain) -> u64 {
@@ -74,12 +108,19 @@ impl Sampler {
     /// A point in the unit square, in this sample's cell of the domain's shuffled strata.
     pub fn stratified(&self, node: Node, domain: Domain) -> [f32; 2] {
         let key = self.key(node, domain);
+        if self.place != STRATA {
+            let (number, digits, key) = self.numbered(key);
+            return sobol::pair(number, digits, key);
+        }
         let cell = shuffle(self.sample, self.strata * self.strata, key as u32);
         self.within(cell, key)
     }
 
     /// As [`Self::stratified`], but in the cell of the sample itself: for the pixel.
     pub fn in_own_cell(&self, node: Node, domain: Domain) -> [f32; 2] {
+        if self.place != STRATA {
+            return self.stratified(node, domain);
+        }
         self.within(self.sample, self.key(node, domain))
     }
 
@@ -97,12 +138,34 @@ impl Sampler {
 
     /// An independent uniform point in the unit square.
     pub fn random(&self, node: Node, domain: Domain) -> [f32; 2] {
-        self.pair(self.key(node, domain))
+        let key = self.key(node, domain);
+        self.pair(if self.place == STRATA { key } else { combine(key, u64::from(self.place)) })
     }
 
-    /// An independent uniform number, apart from the pairs of the same domain.
+    /// An independent uniform number, apart from the pairs of the same domain; a stratified one of Sobol points.
     pub fn extra(&self, node: Node, domain: Domain) -> f32 {
+        if self.place != STRATA {
+            // Any other key serves: another pair.
+            let (number, digits, key) = self.numbered(!self.key(node, domain));
+            return sobol::single(number, digits, key);
+        }
         unit_f32(combine(self.key(node, domain), !u64::from(self.sample)))
+    }
+
+    /// A position among the pixel's samples, shuffled per pixel and domain.
+    pub fn shuffled(&self, domain: Domain, position: u32) -> u32 {
+        shuffle(position, self.strata * self.strata, self.own_key(domain) as u32)
+    }
+
+    /// A whole number below `steps`, of at most 24 bits, that belongs to the pixel and the domain.
+    pub fn offset(&self, domain: Domain, steps: u64) -> u64 {
+        (self.own_key(domain) >> 40) % steps
+    }
+
+    /// A key of the pixel alone, even where points are those of its block.
+    fn own_key(&self, domain: Domain) -> u64 {
+        let key = self.key(Node::CAMERA, domain);
+        if self.place == STRATA { key } else { combine(key, u64::from(self.place)) }
     }
 
     fn pair(&self, key: u64) -> [f32; 2] {

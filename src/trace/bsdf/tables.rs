@@ -1,0 +1,168 @@
+//! What facets give back of the light that arrives, as tables: single scattering loses the rest to other facets.
+//!
+//! Axes are the root of the cosine, the roughness (root of alpha) and, for glass, (n - 1) / (n + 1) of the index ahead
+//! over the index behind. Filled once, when a rough surface is first met, by the midpoint rule over visible facets.
+
+use std::array::from_fn;
+use std::sync::OnceLock;
+
+use glam::Vec3;
+
+use super::dielectric::{behind, share};
+use super::microfacet::{Facets, mirrored};
+
+/// Steps along the cosine and the roughness.
+const COSINES: usize = 24;
+const WIDTHS: usize = 24;
+/// Steps of the index, from -`FARTHEST_INDEX` to it: a quarter to 4, past which the last serves.
+const INDICES: usize = 13;
+const FARTHEST_INDEX: f32 = 0.6;
+/// Points of the midpoint rule along each of two axes.
+const POINTS: usize = 12;
+
+type Plane = [[f32; COSINES]; WIDTHS];
+
+/// Of perfect mirrors, and the mean over the hemisphere.
+struct Metal {
+    all: Plane,
+    mean: [f32; WIDTHS],
+}
+
+/// Of glass: reflected, and reflected or let through.
+struct Glass {
+    reflected: Vec<Plane>,
+    reflected_mean: Vec<[f32; WIDTHS]>,
+    all: Vec<Plane>,
+}
+
+fn metals() -> &'static Metal {
+    static TABLE: OnceLock<Metal> = OnceLock::new();
+    TABLE.get_or_init(|| {
+        let all = plane(|wo, facets| integral(wo, facets, |wi, _| if wi.z > 0.0 { 1.0 } else { 0.0 }));
+        Metal { mean: mean(&all), all }
+    })
+}
+
+fn glasses() -> &'static Glass {
+    static TABLE: OnceLock<Glass> = OnceLock::new();
+    TABLE.get_or_init(|| {
+        let of_index = |i: usize| {
+            let step = (i as f32 / (INDICES - 1) as f32 * 2.0 - 1.0) * FARTHEST_INDEX;
+            let eta = (1.0 + step) / (1.0 - step);
+            let reflected =
+                plane(|wo, facets| integral(wo, facets, |wi, h| if wi.z > 0.0 { share(wo.dot(h), eta) } else { 0.0 }));
+            let through = plane(|wo, facets| through(wo, facets, eta));
+            let all = from_fn(|w| from_fn(|c| reflected[w][c] + through[w][c]));
+            (reflected, all)
+        };
+        let (reflected, all): (Vec<Plane>, Vec<Plane>) = (0..INDICES).map(of_index).unzip();
+        Glass { reflected_mean: reflected.iter().map(mean).collect(), reflected, all }
+    })
+}
+
+fn plane(value: impl Fn(Vec3, Facets) -> f32) -> Plane {
+    from_fn(|w| {
+        let width = w as f32 / (WIDTHS - 1) as f32;
+        // The first row stands for the polished surface.
+        let facets = Facets { alpha: (width * width).max(1e-4) };
+        from_fn(|c| {
+            let root = (c as f32 / (COSINES - 1) as f32).max(1e-2);
+            let z = (root * root).max(1e-4);
+            value(Vec3::new((1.0 - z * z).sqrt(), 0.0, z), facets)
+        })
+    })
+}
+
+/// The mean over visible facets of a mirrored direction's `value`, dimmed by what hides it.
+fn integral(wo: Vec3, facets: Facets, value: impl Fn(Vec3, Vec3) -> f32) -> f32 {
+    over_facets(|u| {
+        let h = facets.sample(wo, u);
+        let wi = mirrored(wo, h);
+        value(wi, h) * facets.seen_by_both(wo, wi) / facets.seen(wo)
+    })
+}
+
+fn through(wo: Vec3, facets: Facets, eta: f32) -> f32 {
+    over_facets(|u| {
+        let h = facets.sample(wo, u);
+        let Some(wi) = behind(wo, h, eta).filter(|wi| wi.z < 0.0) else { return 0.0 };
+        (1.0 - share(wo.dot(h), eta)) * facets.seen_by_both(wo, wi) / facets.seen(wo)
+    })
+}
+
+fn over_facets(value: impl Fn([f32; 2]) -> f32) -> f32 {
+    let at = |i: usize| (i as f32 + 0.5) / POINTS as f32;
+    let sum: f32 = (0..POINTS * POINTS).map(|i| value([at(i % POINTS), at(i / POINTS)])).sum();
+    sum / (POINTS * POINTS) as f32
+}
+
+/// The mean over the hemisphere, by the cosine.
+fn mean(plane: &Plane) -> [f32; WIDTHS] {
+    const STEPS: usize = 64;
+    from_fn(|w| {
+        let at = |i: usize| {
+            let z = (i as f32 + 0.5) / STEPS as f32;
+            let (c, f) = place(z.sqrt(), COSINES);
+            2.0 * z * (plane[w][c] * (1.0 - f) + plane[w][c + 1] * f)
+        };
+        (0..STEPS).map(at).sum::<f32>() / STEPS as f32
+    })
+}
+
+/// Cell of a number in 0..1 on an axis of so many nodes, and how far along in it.
+fn place(x: f32, nodes: usize) -> (usize, f32) {
+    let x = x.clamp(0.0, 1.0) * (nodes - 1) as f32;
+    let cell = (x as usize).min(nodes - 2);
+    (cell, x - cell as f32)
+}
+
+fn in_plane(plane: &Plane, (c, fc): (usize, f32), (w, fw): (usize, f32)) -> f32 {
+    let row = |w: usize| plane[w][c] * (1.0 - fc) + plane[w][c + 1] * fc;
+    row(w) * (1.0 - fw) + row(w + 1) * fw
+}
+
+fn of_index(eta: f32) -> (usize, f32) {
+    let step = (eta - 1.0) / (eta + 1.0);
+    place((step / FARTHEST_INDEX + 1.0) * 0.5, INDICES)
+}
+
+fn of_cosine(z: f32) -> (usize, f32) {
+    place(z.abs().sqrt(), COSINES)
+}
+
+fn of_alpha(alpha: f32) -> (usize, f32) {
+    place(alpha.sqrt(), WIDTHS)
+}
+
+/// Share that mirrors as facets give back towards `z`.
+pub fn metal(z: f32, alpha: f32) -> f32 {
+    in_plane(&metals().all, of_cosine(z), of_alpha(alpha))
+}
+
+/// The same over the hemisphere.
+pub fn metal_mean(alpha: f32) -> f32 {
+    let (w, f) = of_alpha(alpha);
+    let row = &metals().mean;
+    row[w] * (1.0 - f) + row[w + 1] * f
+}
+
+/// Share that facets of glass reflect.
+pub fn reflected(z: f32, alpha: f32, eta: f32) -> f32 {
+    let (i, f) = of_index(eta);
+    let at = |i: usize| in_plane(&glasses().reflected[i], of_cosine(z), of_alpha(alpha));
+    at(i) * (1.0 - f) + at(i + 1) * f
+}
+
+/// The same over the hemisphere.
+pub fn reflected_mean(alpha: f32, eta: f32) -> f32 {
+    let ((i, f), (w, fw)) = (of_index(eta), of_alpha(alpha));
+    let at = |i: usize| glasses().reflected_mean[i][w] * (1.0 - fw) + glasses().reflected_mean[i][w + 1] * fw;
+    at(i) * (1.0 - f) + at(i + 1) * f
+}
+
+/// Share that facets of glass reflect or let through.
+pub fn glass(z: f32, alpha: f32, eta: f32) -> f32 {
+    let (i, f) = of_index(eta);
+    let at = |i: usize| in_plane(&glasses().all[i], of_cosine(z), of_alpha(alpha));
+    at(i) * (1.0 - f) + at(i + 1) * f
+}

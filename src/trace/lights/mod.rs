@@ -1,0 +1,111 @@
+//! Lights as columns of the kernel: lamps that are written as such, and primitives whose material shines.
+//!
+//! A lamp is a point or a parallelogram. One that falls off with the square of the distance is physical: a point of
+//! `color` c has the intensity pi c, a parallelogram of area A the radiance pi c / A to both sides. One that does not
+//! fall off cannot be met by rays and sends out no photons: it is only ever asked. Lamps stop no rays.
+//!
+//! Spheres, triangles (of meshes too) and boxes that shine are sampled; other shapes that do are left to the rays that
+//! happen to meet them. [`Lights::sample`] is for light towards a point, [`Lights::emit`] for photons.
+
+mod emitters;
+mod sources;
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use super::Ray;
+pub use emitters::Emitter;
+pub use sources::Lights;
+
+/// A lamp resolved into world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    pub center: Vec3,
+    /// Edges of the parallelogram around the centre; both zero for a point.
+    pub edges: [Vec3; 2],
+    /// Unit normal of the parallelogram; zero for a point and where the edges span no area.
+    pub normal: Vec3,
+    pub color: Vec3,
+    /// Whether the light weakens with the square of the distance.
+    pub inverse_square: bool,
+    /// Whether camera rays see it.
+    pub visible: bool,
+    /// The pass that its light is added up in; 0 is that of all that has none of its own.
+    pub pass: u32,
+}
+
+/// Light that reaches a point, if nothing stands in its way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Incoming {
+    /// Unit, towards the light.
+    pub direction: Vec3,
+    /// Where on the light it comes from.
+    pub target: Vec3,
+    /// Where a shadow ray ends.
+    pub distance: f32,
+    /// Radiance over density: the factor of the BSDF's value.
+    pub gain: Vec3,
+    /// Per steradian, with the chance of the light in it; 0 where no ray can meet the light by itself.
+    pub pdf: f32,
+    /// Number of the light, for those who put shadow rays in order.
+    pub light: u32,
+}
+
+/// A photon that leaves a light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Emission {
+    pub ray: Ray,
+    /// Power of all lights together, as this photon would carry it alone: to be divided by how many are sent.
+    pub power: Vec3,
+}
+
+impl Light {
+    pub fn is_point(&self) -> bool {
+        self.edges == [Vec3::ZERO; 2]
+    }
+
+    /// The point of the light at (u, v) in the unit square.
+    pub fn point(&self, [u, v]: [f32; 2]) -> Vec3 {
+        self.center + self.edges[0] * (u - 0.5) + self.edges[1] * (v - 0.5)
+    }
+
+    pub fn area(&self) -> f32 {
+        self.edges[0].cross(self.edges[1]).length()
+    }
+
+    /// Whether it has a surface that rays meet and that shines as a surface does.
+    #[inline]
+    pub fn is_surface(&self) -> bool {
+        self.inverse_square && self.normal != Vec3::ZERO
+    }
+
+    /// Radiance of the surface, to both sides.
+    #[inline]
+    pub fn radiance(&self) -> Vec3 {
+        self.color * (PI / self.area())
+    }
+
+    /// Distance at which a ray crosses the parallelogram.
+    pub fn crossing(&self, ray: &Ray) -> Option<f32> {
+        let facing = ray.direction.dot(self.normal);
+        let t = (self.center - ray.origin).dot(self.normal) / facing;
+        if t.is_nan() || t <= 0.0 || t >= ray.t_max {
+            return None;
+        }
+        let p = ray.origin + ray.direction * t - self.center;
+        let [a, b] = self.edges;
+        let across = a.cross(b).dot(self.normal);
+        let (u, v) = (p.cross(b).dot(self.normal) / across, a.cross(p).dot(self.normal) / across);
+        (u.abs() <= 0.5 && v.abs() <= 0.5).then_some(t)
+    }
+
+    /// Density per steradian of the parallelogram's points at this distance in this direction.
+    #[inline]
+    pub fn pdf(&self, direction: Vec3, distance: f32) -> f32 {
+        distance * distance / (self.area() * self.normal.dot(direction).abs()).max(1e-30)
+    }
+}
+
+#[cfg(test)]
+mod tests;

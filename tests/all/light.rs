@@ -1,0 +1,201 @@
+//! Light whose truth is known: furnaces, lamps over a floor, glass, and ways of sampling that must agree.
+
+use crate::tool::Desk;
+
+fn picture(desk: &Desk, scene: &str, arguments: &str) -> image::Rgb32FImage {
+    desk.write("scene.ron", scene);
+    desk.anim(&format!("scene.ron -o out.png --depth 16 {arguments}")).ok();
+    image::load_from_memory(&desk.read("out.png")).unwrap().to_rgb32f()
+}
+
+fn mean(picture: &image::Rgb32FImage) -> f32 {
+    picture.pixels().map(|p| p.0.iter().sum::<f32>() / 3.0).sum::<f32>() / (picture.width() * picture.height()) as f32
+}
+
+/// A floor seen from above by a narrow camera, and what lights it.
+fn floor(render: &str, light: &str) -> String {
+    format!(
+        r#"(
+        camera: (from: (3.0, 3.0, 0.0), at: (0.0, 0.0, 0.0), fov: 0.5),
+        render: (size: (8, 8), transfer: Linear, {render}),
+        materials: {{
+            "matt": (model: Lambert, color: (0.5, 0.5, 0.5)),
+            "lamp": (model: Lambert, color: (0.0, 0.0, 0.0), emission: (3.0, 3.0, 3.0)),
+        }},
+        entities: [(plane: (), material: "matt"), {light}],
+    )"#
+    )
+}
+
+#[test]
+fn a_white_thing_in_uniform_light_cannot_be_seen() {
+    for material in [
+        "model: Lambert, color: (1, 1, 1)",
+        "model: Conductor, color: (1, 1, 1), roughness: 0.1",
+        "model: Conductor, color: (1, 1, 1), roughness: 0.7",
+        "model: Dielectric, ior: 1.5",
+        "model: Dielectric, ior: 1.5, roughness: 0.5",
+        "model: Plastic, color: (1, 1, 1), ior: 1.5, roughness: 0.4",
+        "color: (1, 1, 1), diffuse: 0, transmission: 1, ior: 1.5",
+    ] {
+        let scene = format!(
+            r#"(
+            camera: (from: (0.0, 0.0, 3.0), at: (0.0, 0.0, 0.0), fov: 38.0),
+            render: (size: (12, 12), samples: 64, integrator: Path, max_depth: 32, transfer: Linear, background: (0.5, 0.5, 0.5)),
+            materials: {{ "m": ({material}) }},
+            entities: [(sphere: (), material: "m")],
+        )"#
+        );
+        let found = mean(&picture(&Desk::new(), &scene, ""));
+        assert!((found - 0.5).abs() < 0.006, "{material}: {found}");
+    }
+}
+
+/// In a closed box whose walls shine by E and give back the share a, radiance is E / (1 - a) everywhere.
+#[test]
+fn a_closed_furnace_reaches_its_balance() {
+    let scene = r#"(
+        camera: (from: (0.1, 0.2, 0.3), at: (1.0, 0.3, 0.0), fov: 60.0),
+        render: (size: (12, 12), samples: 64, integrator: Path, max_depth: 40, transfer: Linear),
+        materials: {
+            "wall": (model: Lambert, color: (0.5, 0.5, 0.5), emission: (0.2, 0.2, 0.2)),
+            "ball": (model: Plastic, color: (1, 1, 1), ior: 1.5),
+        },
+        entities: [
+            (sphere: (radius: 4.0), material: "wall"),
+            (sphere: (center: (2.0, 0.3, 0.0), radius: 0.5), material: "ball"),
+        ],
+    )"#;
+    let found = mean(&picture(&Desk::new(), scene, ""));
+    assert!((found - 0.4).abs() < 0.008, "{found}");
+}
+
+/// Irradiance of a sphere is pi L (r / d)^2 and that of a wide square lamp Siegel and Howell's; both integrators.
+#[test]
+fn lamps_over_a_floor_have_their_analytic_irradiance() {
+    // Radiance 3, radius 0.5 at height 2; albedo 0.5 over pi.
+    let sphere = 0.5 * 3.0 * (0.5f32 / 2.0) * (0.5 / 2.0);
+    let (a, r) = (0.5f32, (1.0f32 + 0.25).sqrt());
+    let rectangle = 4.0 * 0.5 * 2.0 * (a / r * (a / r).atan());
+    // Of colour 0.3: radiance 0.3 pi / area.
+    let square = 0.5 * 0.3 / 4.0 * rectangle;
+    let ball = r#"(sphere: (center: (0.0, 2.0, 0.0), radius: 0.5), material: "lamp")"#;
+    let egg =
+        r#"(sphere: (radius: 0.5), transform: (translation: (0, 2, 0), scale: (1, 1, 1.0001)), material: "lamp")"#;
+    let lamp =
+        "(area_light: (position: (0.0, 2.0, 0.0), size: (2.0, 2.0), color: (0.3, 0.3, 0.3), falloff: InverseSquare))";
+    let path = "integrator: Path, max_depth: 2, samples: 256";
+    let distribution = "integrator: Distribution, max_depth: 2, samples: 256";
+    for (name, render, light, expected, tolerance) in [
+        ("sphere", path, ball, sphere, 0.01),
+        ("sphere, distribution", distribution, ball, sphere, 0.01),
+        ("square", path, lamp, square, 0.01),
+        // Not sampled: only rays that happen to meet it bring its light.
+        ("ellipsoid", path, egg, sphere, 0.08),
+    ] {
+        let found = mean(&picture(&Desk::new(), &floor(render, light), ""));
+        assert!((found / expected - 1.0).abs() < tolerance, "{name}: {found} {expected}");
+    }
+}
+
+/// A slab of coloured glass before a uniform sky: what is reflected and let through, all bounces within summed up.
+#[test]
+fn glass_swallows_light_by_beers_law() {
+    let scene = |integrator: &str, model: &str| {
+        format!(
+            r#"(
+            camera: (from: (0.0, 0.0, 5.0), at: (0.0, 0.0, 0.0), fov: 0.1),
+            render: (size: (8, 8), samples: 256, integrator: {integrator}, max_depth: 12, transfer: Linear, background: (0.5, 0.5, 0.5)),
+            materials: {{ "g": ({model}, ior: 1.5, absorption: (0.0, 0.5, 2.0)) }},
+            entities: [(aabox: (min: (-9.0, -9.0, 0.0), max: (9.0, 9.0, 1.0)), material: "g")],
+        )"#
+        )
+    };
+    for integrator in ["Path", "Whitted"] {
+        for model in ["model: Dielectric", "diffuse: 0, transmission: 1"] {
+            let picture = picture(&Desk::new(), &scene(integrator, model), "");
+            for (channel, absorption) in [0.0f32, 0.5, 2.0].into_iter().enumerate() {
+                let (r, a) = (0.04f32, (-absorption).exp());
+                let round = 1.0 - r * r * a * a;
+                let expected = 0.5 * (r + (1.0 - r) * (1.0 - r) * (r * a * a + a) / round);
+                let found = picture.pixels().map(|p| p.0[channel]).sum::<f32>() / 64.0;
+                assert!((found - expected).abs() < 0.008, "{integrator} {model} {channel}: {found} {expected}");
+            }
+        }
+    }
+}
+
+/// A lamp above a mirror, found by rays, and above ground metal, found both ways: errors shrink as samples grow.
+#[test]
+fn errors_fall_as_samples_grow() {
+    let scene = |samples: u32| {
+        format!(
+            r#"(
+            camera: (from: (0.0, 2.0, 4.0), at: (0.0, 0.5, 0.0), fov: 40.0),
+            render: (size: (16, 16), samples: {samples}, integrator: Path, max_depth: 4, transfer: Linear, seed: 1),
+            materials: {{
+                "matt": (model: Lambert, color: (0.5, 0.5, 0.5)),
+                "metal": (model: Conductor, color: (0.9, 0.8, 0.7), roughness: 0.4),
+                "lamp": (model: Lambert, color: (0.0, 0.0, 0.0), emission: (0.9, 0.9, 0.9)),
+            }},
+            entities: [
+                (plane: (), material: "matt"),
+                (sphere: (center: (0.0, 0.7, 0.0), radius: 0.7), material: "metal"),
+                (aabox: (min: (-1.0, 2.5, -1.0), max: (1.0, 2.6, 1.0)), material: "lamp"),
+            ],
+        )"#
+        )
+    };
+    let desk = Desk::new();
+    let truth = picture(&desk, &scene(1024), "--seed 2");
+    let error = |samples: u32| {
+        let found = picture(&desk, &scene(samples), "");
+        let squares = found.pixels().zip(truth.pixels()).map(|(a, b)| (a.0[0] - b.0[0]).powi(2));
+        (squares.sum::<f32>() / 256.0).sqrt()
+    };
+    let (few, many) = (error(4), error(64));
+    // A quarter for sixteen times as many; the reference errs too.
+    assert!(many < 0.35 * few && few < 0.2, "{few} {many}");
+}
+
+/// Every model under every integrator, with lamps that do not fall off and lamps without area.
+#[test]
+fn every_integrator_draws_every_model() {
+    for integrator in ["Whitted", "Distribution", "Path"] {
+        for model in ["BlinnPhong", "Lambert", "Conductor", "Dielectric", "Plastic"] {
+            let scene = format!(
+                r#"(
+                camera: (from: (0.0, 0.0, 3.0), at: (0.0, 0.0, 0.0), fov: 30.0),
+                render: (size: (8, 8), samples: 16, integrator: {integrator}, transfer: Linear, background: (0.1, 0.1, 0.1)),
+                materials: {{ "m": (model: {model}, color: (0.8, 0.5, 0.3), roughness: 0.3, ior: 1.5, emission: (0.05, 0.05, 0.05)) }},
+                entities: [
+                    (sphere: (), material: "m"),
+                    (point_light: (position: (2.0, 3.0, 3.0), color: (0.4, 0.4, 0.4))),
+                    (area_light: (position: (-2.0, 3.0, 3.0), size: (0.0, 1.0), falloff: InverseSquare)),
+                    (area_light: (position: (-2.0, 3.0, 3.0), size: (0.0, 0.0), color: (0.0, 0.0, 0.0))),
+                ],
+            )"#
+            );
+            let found = mean(&picture(&Desk::new(), &scene, ""));
+            assert!(found > 0.06 && found < 0.9, "{integrator} {model}: {found}");
+        }
+    }
+}
+
+#[test]
+fn impossible_materials_are_refused_with_their_place() {
+    for (material, words) in [
+        ("model: Conductor, roughness: 1.5", "`roughness` must be from 0 to 1"),
+        ("model: Lambert, color: (1.2, 1, 1)", "`color` must be at most 1"),
+        ("model: Plastic", "`ior` of a `Plastic` must be above 0 and not 1"),
+        ("model: Conductor, eta: (1, 1, 1)", "`eta` of a `Conductor` needs `k` beside it"),
+        ("emission: (-1, 0, 0)", "`emission` must be at least 0"),
+        ("model: Lambart", "Lambert"),
+    ] {
+        let desk = Desk::new();
+        desk.write("scene.ron", format!("(\n  materials: {{ \"m\": ({material}) }},\n)"));
+        let run = desk.anim("check scene.ron");
+        assert_eq!(run.code, 3, "{material}");
+        assert!(run.stderr.contains(words) && run.stderr.contains("scene.ron:2:"), "{material}: {}", run.stderr);
+    }
+}

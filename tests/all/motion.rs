@@ -1,0 +1,217 @@
+//! Motion blur: the shutter against pictures whose truth is known.
+
+use anim::components::{Edit, Render};
+use anim::shot::{self, Overrides, Shot};
+
+use crate::tool::Desk;
+
+fn open(desk: &Desk, input: &str) -> Shot {
+    shot::open(&desk.path(input), &[], false, Overrides::default()).unwrap().0
+}
+
+fn picture(desk: &Desk, file: &str) -> image::RgbImage {
+    image::load_from_memory(&desk.read(file)).unwrap().to_rgb8()
+}
+
+/// A black ball on white, seen from so far away that its outline is a disk of `radius` pixels, in a picture of 48 x 24,
+/// which it crosses by `travel` pixels to the right while the shutter is open. A pixel is 0.1 units wide.
+fn ball(radius: f64, travel: f64, camera: &str, render: &str) -> String {
+    format!(
+        r#"(
+        camera: (from: (0.0, 0.0, 1000.0), at: (0.0, 0.0, 0.0), fov: 0.137509868, {camera}),
+        render: (size: (48, 24), background: (1.0, 1.0, 1.0), transfer: Linear, {render}),
+        materials: {{ "black": (diffuse: 0.0, specular: 0.0) }},
+        entities: [(
+            sphere: (radius: {}), material: "black", transform: (translation: ({}, 0.0, 0.0)),
+            motion: (displacement: ({}, 0.0, 0.0), end: 0.5),
+        )],
+    )"#,
+        radius / 10.0,
+        -travel / 20.0,
+        travel / 10.0,
+    )
+}
+
+/// Share of the shutter's time and of the pixel's area at (x, y) that the ball covers, by brute force.
+fn coverage(x: u32, y: u32, radius: f64, travel: f64) -> f64 {
+    let n = 16;
+    let at = |i: u32, p: u32, size: u32| f64::from(p) + (f64::from(i) + 0.5) / f64::from(n) - f64::from(size) / 2.0;
+    let mut sum = 0.0;
+    for i in 0..n * n {
+        let (px, py) = (at(i % n, x, 48), at(i / n, y, 24));
+        // The chord at this height, slid along: the share of slides that hold the point.
+        let half = (radius * radius - py * py).max(0.0).sqrt();
+        let first = ((px - half + travel / 2.0) / travel).clamp(0.0, 1.0);
+        let last = ((px + half + travel / 2.0) / travel).clamp(0.0, 1.0);
+        sum += last - first;
+    }
+    sum / f64::from(n * n)
+}
+
+#[test]
+fn a_moving_ball_covers_what_it_should() {
+    let desk = Desk::new();
+    let (radius, travel) = (5.0, 24.0);
+    desk.write("ball.ron", ball(radius, travel, "shutter: (0.0, 0.5)", "samples: 64, shutter_slices: 64"));
+    desk.anim("ball.ron -o ball.png").ok();
+    let (mut worst, mut area) = (0.0f64, 0.0);
+    for (x, y, pixel) in picture(&desk, "ball.png").enumerate_pixels() {
+        let covered = 1.0 - f64::from(pixel.0[0]) / 255.0;
+        area += covered;
+        worst = worst.max((covered - coverage(x, y, radius, travel)).abs());
+    }
+    assert!(worst < 0.16, "{worst}");
+    let disk = std::f64::consts::PI * radius * radius;
+    assert!((area / disk - 1.0).abs() < 0.005, "{area} instead of {disk}");
+}
+
+/// As many moments as do not divide the samples evenly: none of them may count for more in the mean.
+#[test]
+fn slices_share_the_samples_fairly() {
+    let desk = Desk::new();
+    desk.write("ball.ron", ball(8.0, 30.0, "shutter: (0.0, 0.5)", "samples: 9, shutter_slices: 7"));
+    desk.anim("ball.ron -o ball.png").ok();
+    let (mut area, mut moment) = (0.0, 0.0);
+    for (x, _, pixel) in picture(&desk, "ball.png").enumerate_pixels() {
+        let covered = 1.0 - f64::from(pixel.0[0]) / 255.0;
+        area += covered;
+        moment += covered * (f64::from(x) + 0.5 - 24.0);
+    }
+    assert!((area / (std::f64::consts::PI * 64.0) - 1.0).abs() < 0.02, "{area}");
+    assert!((moment / area).abs() < 0.5, "{}", moment / area);
+}
+
+#[test]
+fn a_closed_shutter_is_an_instant() {
+    let desk = Desk::new();
+    let render = |name: &str, text: String| {
+        desk.write(&format!("{name}.ron"), text).anim(&format!("{name}.ron -o {name}.png")).ok();
+        picture(&desk, &format!("{name}.png"))
+    };
+    let never = render("never", ball(5.0, 20.0, "", "samples: 4"));
+    assert_eq!(render("closed", ball(5.0, 20.0, "shutter: (0.0, 0.0)", "samples: 4, shutter_slices: 4")), never);
+    // Later, the ball is elsewhere; one sample shows the middle of the shutter, and so does a Whitted picture.
+    let later = render("later", ball(5.0, 20.0, "shutter: (0.25, 0.25)", "samples: 1"));
+    assert_ne!(later, never);
+    assert_eq!(render("middle", ball(5.0, 20.0, "shutter: (0.0, 0.5)", "samples: 1")), later);
+    let whitted = |shutter: &str| ball(5.0, 20.0, shutter, "samples: 4, integrator: Whitted");
+    assert_eq!(render("whitted", whitted("shutter: (0.0, 0.5)")), render("instant", whitted("shutter: (0.25, 0.25)")));
+}
+
+const WALL: &str = r#"(
+    camera: (from: (0.0, 0.0, 9.0), at: (0.0, 0.0, 0.0)),
+    render: (size: (32, 24), samples: 4),
+    materials: { "white": (color: (0.9, 0.9, 0.9)) },
+    entities: [
+        (aabox: (min: (-9.0, -9.0, -1.0), max: (9.0, 9.0, 0.0)), material: "white"),
+        (name: "lamp", point_light: (color: (0.7, 0.8, 0.9))),
+    ],
+)"#;
+
+fn orbiting(frames: u32, shutter: &str) -> String {
+    format!(
+        r#"animation(#{{ scene: "wall.ron", frames: {frames}, mode: "loop" }});
+        fn frame(s, f) {{ s.get("lamp").translation = orbit([0, 0, 2], 3.0, f.t); {shutter} }}"#
+    )
+}
+
+/// One frame of a light that flies around is the mean of its instants.
+#[test]
+fn an_open_shutter_is_the_mean_of_its_moments() {
+    let desk = Desk::new();
+    desk.write("wall.ron", WALL)
+        .write("blurred.rhai", orbiting(4, "s.camera.shutter = [0, 1];"))
+        .write("instants.rhai", orbiting(32, ""));
+    desk.anim("blurred.rhai -o a --frames 1").ok();
+    desk.anim("instants.rhai -o b --frames 2,4,6,8").ok();
+    let blurred = picture(&desk, "a/blurred.0001.png");
+    let instants = [2, 4, 6, 8].map(|n| picture(&desk, &format!("b/instants.{n:04}.png")));
+    let linear = |byte: u8| anim::base::color::srgb_decode(f32::from(byte) / 255.0);
+    let (mut error, mut change) = (0.0f32, 0.0f32);
+    for (x, y, pixel) in blurred.enumerate_pixels() {
+        let mean = instants.iter().map(|i| linear(i.get_pixel(x, y).0[0])).sum::<f32>() / 4.0;
+        error += linear(pixel.0[0]) - mean;
+        change += (linear(instants[0].get_pixel(x, y).0[0]) - mean).abs();
+    }
+    assert!(error.abs() < change * 0.02, "{error} of {change}");
+}
+
+const SHOW: &str = r#"
+    animation(#{ scene: "scene.ron", frames: 3, mode: "loop" });
+    fn frame(s, f) {
+        s.camera.shutter = [-0.3, 0.4];
+        s.camera.from = orbit([0, 2, 0], 6.0, f.t / 8.0);
+        s.get("ball").translation.y = 1.0 + sind(360 * f.t);
+        s.get("lamp").color = [1.0, f.t, 1.0];
+        if f.t > 0.5 { s.spawn(#{ sphere: #{ radius: 0.3 }, translation: [f.rng.float(), 0.3, 1.5] }); }
+        s.render.background = [f.t, 0, 0];
+    }
+"#;
+
+fn show() -> Desk {
+    let desk = Desk::new();
+    let scene = r#"(
+        render: (size: (40, 30), samples: 9, shutter_slices: 5),
+        entities: [
+            (name: "ball", sphere: (), transform: (translation: (0.0, 1.0, 0.0))),
+            (name: "drifting", aabox: (), transform: (translation: (-2.0, 0.5, 0.0)), motion: (displacement: (0.0, 0.0, 2.0))),
+            (sphere: (radius: 0.4), transform: (translation: (0.0, 1.0, 0.0), parent: "drifting")),
+            (plane: ()),
+            (name: "lamp", area_light: (), transform: (translation: (2.0, 5.0, 3.0))),
+        ],
+    )"#;
+    desk.write("scene.ron", scene).write("show.rhai", SHOW);
+    desk
+}
+
+#[test]
+fn blurred_frames_do_not_depend_on_threads_order_or_accelerator() {
+    let desk = show();
+    let render = |folder: &str, flags: &str| {
+        desk.anim(&format!("show.rhai -o {folder} {flags}")).ok();
+        [1, 2, 3].map(|n| picture(&desk, &format!("{folder}/show.{n:04}.png")))
+    };
+    let one = render("one", "--threads 1");
+    assert!(one[0] != one[1] && one[1] != one[2]);
+    assert_eq!(render("three", "--threads 3 --frames 3,1,2"), one);
+    assert_eq!(render("grid", "--accel grid"), one);
+    assert_eq!(render("brute", "--accel brute"), one);
+}
+
+#[test]
+fn a_frame_is_its_slices_as_data() {
+    let desk = show();
+    let shot = open(&desk, "show.rhai");
+    let slices = shot.slices(2).unwrap();
+    let times: Vec<f64> = slices.iter().map(|s| s.time).collect();
+    let expected = [-0.23, -0.09, 0.05, 0.19, 0.33];
+    assert!(times.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12) && times.len() == 5, "{times:?}");
+    // The picture's settings are those of the frame's own time, a third of the way.
+    for slice in &slices {
+        let [render]: [&Render; 1] = renders(&slice.edits).try_into().unwrap();
+        assert!((render.background.x - 1.0 / 3.0).abs() < 1e-12);
+    }
+    assert_ne!(slices[0].edits, slices[1].edits);
+    assert_eq!(slices, shot.slices(2).unwrap());
+}
+
+fn renders(edits: &[Edit]) -> Vec<&Render> {
+    edits.iter().filter_map(|edit| if let Edit::Render(render) = edit { Some(render) } else { None }).collect()
+}
+
+#[test]
+fn a_mistake_between_frames_is_found_before_anything_is_rendered() {
+    let desk = show();
+    let mistake = SHOW.replace("if f.t", "if f.number == 3 && f.t > 0.67 && f.t < 0.7 { s.get(\"bal\"); }\nif f.t");
+    desk.write("wrong.rhai", mistake);
+    let said = ["wrong.rhai:8:", "in frame 3: there is no entity `bal`", "did you mean `ball`?"];
+    desk.anim("check wrong.rhai").fails(3, &said);
+    desk.anim("wrong.rhai -o out").fails(3, &said);
+    assert!(!desk.exists("out"));
+    let behind = SHOW.replace(
+        "if f.t",
+        "s.camera.aperture = 0.1; if f.t > 0.4 && f.t < 0.5 { s.camera.focus = [0, 2, 99]; }\nif f.t",
+    );
+    desk.write("behind.rhai", behind);
+    desk.anim("check behind.rhai").fails(3, &["in frame 2: the camera is focused on the point, which is behind it"]);
+}
