@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
 use super::outline::{Lamp, Outline, Rest};
@@ -22,6 +22,29 @@ pub struct Group {
     /// The digest of what the frames have in common and of how they are divided into passes.
     pub hash: Digest,
     pub passes: Passes,
+}
+
+impl Group {
+    /// What each pass but the first counts for in a frame.
+    pub fn factors(&self, rest: &Rest, outline: &Outline) -> Vec<Vec3> {
+        let factor = |(entity, kind, unit): &(usize, Kind, f32)| {
+            color_in(rest, &outline.lamps, (*entity, *kind)).as_vec3() / *unit
+        };
+        self.passes.lights.iter().map(factor).collect()
+    }
+
+    /// The hash of one of its frames: the sum is not, to the bit, what one pass for all would be.
+    pub fn hash_of(&self, outline: &Outline) -> Digest {
+        let mut hasher = Hasher::default();
+        hasher.digest(outline.hash());
+        hasher.digest(self.hash);
+        hasher.finish()
+    }
+}
+
+fn color_in(rest: &Rest, lamps: &[Lamp], light: (usize, Kind)) -> DVec3 {
+    let own = lamps.iter().find(|lamp| (lamp.entity, lamp.kind) == light).map(|lamp| lamp.color);
+    own.or(rest.rest_color(light.0, light.1)).unwrap_or(DVec3::ZERO)
 }
 
 /// Groups by what their frames have in common.
@@ -41,17 +64,13 @@ fn group(rest: &Rest, common: Digest, frames: &[&[Lamp]]) -> Option<Group> {
         frames.iter().flat_map(|lamps| lamps.iter().map(|lamp| (lamp.entity, lamp.kind))).collect();
     lamps.sort();
     lamps.dedup();
-    let color = |lamps: &[Lamp], light: (usize, Kind)| {
-        let own = lamps.iter().find(|lamp| (lamp.entity, lamp.kind) == light).map(|lamp| lamp.color);
-        own.or(rest.rest_color(light.0, light.1)).unwrap_or(DVec3::ZERO)
-    };
     let mut passes = Passes::default();
     let mut hasher = Hasher::default();
     hasher.digest(common);
     for light in lamps {
-        let colors = || frames.iter().map(|lamps| color(lamps, light));
+        let colors = || frames.iter().map(|lamps| color_in(rest, lamps, light));
         let brightest = colors().fold(0.0, |most: f64, color| most.max(color.max_element()));
-        if colors().all(|one| one == color(frames[0], light)) || brightest == 0.0 {
+        if colors().all(|one| one == color_in(rest, frames[0], light)) || brightest == 0.0 {
             continue;
         }
         let unit = power_of_two_above(brightest);

@@ -29,7 +29,7 @@ pub use animate::{Undo, animate, undo};
 pub use bodies::{Body, affected, body};
 pub use collect::collect;
 pub use lights::Passes;
-pub use render::{sum_of, Exposure, FrameStats, check, expose, forget, render};
+pub use render::{Exposure, FrameStats, check, expose, forget, render, sum_of};
 pub use spawn::spawn;
 pub use stage::Stage;
 pub use still::{Scenes, Still};

@@ -67,6 +67,11 @@ struct Plate {
 }
 
 impl Exposure {
+    /// The share of the tiles that were traced, 0 to 1.
+    pub fn share_traced(&self) -> f64 {
+        (self.stats.tiles - self.stats.tiles_kept) as f64 / self.stats.tiles.max(1) as f64
+    }
+
     /// The frame as means of its samples, a film for each pass; `None` before its first share.
     pub fn develop(self) -> Option<(Vec<Film>, FrameStats)> {
         let Plate { size, gather, denoise: wanted, passes, tallies } = self.plate?;
@@ -250,7 +255,7 @@ fn stale_tiles(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Option<Counters> {
     // Paths choose among lights by what reaches across the scene.
-    let by_bounds = view.settings.integrator == Integrator::Path;
+    let by_bounds = view.settings.integrator == Integrator::Path || !view.lights.emitters().is_empty();
     let bounds = view.geometry.bounds();
     let stale = still.stale(picture, bounds, by_bounds);
     let is_stale: Vec<bool> = still.fill(&mut plate.tallies, &stale);
