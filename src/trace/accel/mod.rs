@@ -33,6 +33,7 @@ mod grid;
 mod leaves;
 mod packet;
 
+use super::footprint::Footprint;
 use super::geometry::{Best, Kind};
 use super::integrator::Buffers;
 use super::shapes::Probe;
@@ -70,6 +71,8 @@ pub struct Worker {
     failures: u32,
     wait: u32,
     pub(super) waves: Buffers,
+    /// What the rays of the tile crossed, where that is noted.
+    pub footprint: Footprint,
 }
 
 impl Default for Worker {
@@ -83,6 +86,7 @@ impl Default for Worker {
             failures: 0,
             wait: 0,
             waves: Buffers::default(),
+            footprint: Footprint::default(),
         }
     }
 }

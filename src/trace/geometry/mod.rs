@@ -312,6 +312,13 @@ impl Geometry {
         }
     }
 
+    /// Whether no ray that starts in `origins` would be moved by [`Self::approach`], for primitives within `bounds`.
+    pub fn is_near(bounds: Bounds, origins: Bounds) -> bool {
+        let farthest = (origins.min - bounds.center()).abs().max((origins.max - bounds.center()).abs());
+        // With room for the roundings of the one that decides.
+        bounds.is_empty() || farthest.length_squared() < 15.9 * bounds.size().length_squared()
+    }
+
     /// A ray that starts far from all finite primitives, moved up to them: distance moved, and the ray from there.
     ///
     /// Precision then does not depend on how far away the camera is. Whatever finds primitives goes through this.

@@ -10,7 +10,7 @@ use crate::trace::{Accelerator, Geometry, Sides, Tag, Worker};
 fn lamp(edges: [Vec3; 2], color: f32) -> Light {
     let normal = edges[0].cross(edges[1]).normalize_or_zero();
     let center = Vec3::new(0.0, 2.0, 0.0);
-    Light { center, edges, normal, color: Vec3::splat(color), inverse_square: true, visible: false }
+    Light { center, edges, normal, color: Vec3::splat(color), inverse_square: true, visible: false, pass: 0 }
 }
 
 fn shining(radiance: f64) -> Vec<Surfacing> {
