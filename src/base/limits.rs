@@ -30,6 +30,16 @@ pub const FRAME_SIDE: u32 = 16_384;
 pub const FRAME_PIXELS: u64 = 1 << 27;
 /// The file of a frame: the pixels above in 16 bits, should they not shrink.
 pub const FRAME_FILE_BYTES: u64 = 4 << 30;
+/// Lights that have a pass of their own where only their colours change: each adds a film to the frame's memory.
+pub const LIGHT_PASSES: usize = 16;
+/// Frames that are looked ahead for what moves in them, and bodies at places in all of these together: each ray is held
+/// against the boxes of all of them.
+pub const STILL_FRAMES: usize = 64;
+pub const STILL_BODIES: usize = 256;
+/// Bodies that may move in one frame, before it is traced as a whole.
+pub const STILL_MOVING: usize = 64;
+/// Memory in MiB of what is kept from frame to frame, unless the user says otherwise.
+pub const REUSE_MEMORY: u64 = 1_024;
 /// The manifest of a folder of frames: a million lines.
 pub const MANIFEST_BYTES: u64 = 512 << 20;
 /// Samples per pixel: 256 x 256 strata; more would not change a 16-bit pixel.
@@ -75,6 +85,11 @@ pub const TEXT_BYTES: usize = 4_096;
 pub const GRID_CELLS: u64 = 1 << 27;
 /// Cells along one axis of the uniform grid: the walk's cost grows with it.
 pub const GRID_SIDE: u32 = 1_024;
+/// Cells of the uniform grid that a primitive is listed in, on average: small ones touch two or three, and where large
+/// ones stand among them the grid is made coarser rather than its lists longer.
+pub const GRID_LISTED: u64 = 8;
+/// The same for a grid inside of a cell: together at most 32 copies of a primitive, about a kilobyte.
+pub const GRID_LISTED_INSIDE: u64 = 4;
 
 /// Operations of one script function call (`setup` or one `frame`): about half a second of interpretation.
 pub const SCRIPT_OPERATIONS: u64 = 10_000_000;

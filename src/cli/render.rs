@@ -12,7 +12,7 @@ use crate::base::limits;
 use crate::components::{Accel, Aov, Integrator};
 use crate::output::{State, names};
 use crate::shot::plan::Plan;
-use crate::shot::run::{self, Event, Report, Reused};
+use crate::shot::run::{self, Event, Policy, Report, Reused};
 use crate::shot::{self, Overrides, Shot};
 
 /// Which frames, how they look, and where they go: what decides the plan.
@@ -75,6 +75,12 @@ pub struct RenderArguments {
     /// Render every frame, whatever is there already
     #[arg(long)]
     force: bool,
+    /// Trace every frame by itself, whatever it shares with others; the pictures are the same
+    #[arg(long)]
+    no_reuse: bool,
+    /// Memory for what is kept from frame to frame; the pictures do not depend on it
+    #[arg(long, value_name = "MIB", default_value_t = limits::REUSE_MEMORY, value_parser = clap::value_parser!(u64).range(0..=1 << 24))]
+    reuse_memory: u64,
     /// Worker threads; the pictures do not depend on them [default: one per core]
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     threads: Option<usize>,
@@ -188,6 +194,7 @@ fn render(arguments: &RenderArguments, (mut shot, mut plan): (Shot, Plan)) -> Re
     }
     say(&shot::plan::summary(&plan));
     let cancel = on_interrupt()?;
+    let policy = Policy { reuse: !arguments.no_reuse, memory: arguments.reuse_memory };
     let wanted = plan.frames.len();
     let kept = plan.frames.iter().filter(|planned| planned.state == State::Done).count();
     let progress = Progress::new(arguments.progress, wanted - kept - plan.mistakes().count());
@@ -204,7 +211,7 @@ fn render(arguments: &RenderArguments, (mut shot, mut plan): (Shot, Plan)) -> Re
             }
         }
     };
-    let ending = run::run(&mut shot, &plan, &cancel, &watch);
+    let ending = run::run(&mut shot, &plan, policy, &cancel, &watch);
     let written = written.into_inner();
     let place = if shot.is_sequence() { plan.folder() } else { plan.target.path(1) };
     progress.end(written, kept, &place.to_string_lossy());
@@ -261,6 +268,12 @@ fn stats(report: &Report) -> serde_json::Value {
         "intersection_tests": c.intersection_tests,
         "steps": c.steps,
         "accel": s.accel,
+        "builds": s.builds,
+        "tiles": s.tiles,
+        "tiles_kept": s.tiles_kept,
+        "passes": s.passes,
+        "passes_kept": s.passes_kept,
+        "reuse_bytes": s.reuse_bytes,
         "seed": s.seed,
         "build_seconds": s.build_seconds,
         "render_seconds": s.render_seconds,

@@ -103,8 +103,8 @@ record! {
         /// Seed of all sampling; follows from the camera's pose when not given.
         pub seed: Option<u64> = None,
         pub accel: Accel = Accel::Auto,
-        /// Cells of the grid per primitive: the density of Woo's resolution rule.
-        pub grid_density: f64 = 2.0,
+        /// Cells of the grid per primitive: the density of Woo's resolution rule. Blocks of eight want coarse cells.
+        pub grid_density: f64 = 1.0,
         /// Bits per channel of the picture file: 8 or 16 of a PNG, 32 for floats instead of halves in an EXR.
         pub bit_depth: u32 = 8,
         pub transfer: Transfer = Transfer::Srgb,
@@ -193,8 +193,8 @@ impl Render {
         whole("min_samples", self.min_samples.into(), 4, limits::SAMPLES.into())
     }
 
-    /// Passes of photons for each of so many moments.
-    pub fn passes(&self, moments: u32) -> u32 {
+    /// Turns that the samples of each of so many moments are taken in: with other photons each.
+    pub fn turns(&self, moments: u32) -> u32 {
         match self.integrator {
             Integrator::Photon => (self.photon_passes.min(self.strata() * self.strata()) / moments).max(1),
             Integrator::Whitted | Integrator::Distribution | Integrator::Path => 1,

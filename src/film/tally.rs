@@ -58,6 +58,11 @@ impl Tally {
         }
     }
 
+    /// Memory that it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.sums) + size_of_val(&*self.moments) + size_of_val(&*self.features)
+    }
+
     /// Adds a sample to a pixel. A colour that is no number, or infinite, counts as black.
     #[inline]
     pub fn add(&mut self, pixel: usize, color: Vec3, weight: f32) {

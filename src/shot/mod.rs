@@ -2,13 +2,16 @@
 //!
 //! Every frame is evaluated before the first is rendered ([`plan`]), so that a mistake in frame 37 is known at once; the
 //! frames without one are rendered all the same. The evaluation leaves a digest of each frame ([`outline`]): frames that
-//! lie finished under their names are kept, and frames that are the same are rendered once ([`run`]). A frame starts
+//! lie finished under their names are kept, frames that are the same are rendered once ([`run`]), and frames that differ in
+//! little share most of their work (`groups`, `reuse`). A frame starts
 //! from the same World: its edits are applied, it is rendered, they are taken back; where the shutter is open, so for
 //! each of its [`Slice`]s of time. While one frame is rendered the one before is encoded and written.
 
 mod assets;
+mod groups;
 pub mod outline;
 pub mod plan;
+mod reuse;
 pub mod run;
 mod shutter;
 
@@ -172,6 +175,13 @@ impl Input {
             problem.message = format!("in frame {frame}: {}", problem.message);
         }
         problems
+    }
+
+    /// A frame as data, of which nobody says that it can be rendered; `None` if its script is wrong.
+    fn outline(&self, frame: u32) -> Option<Outline> {
+        let slices = self.slices(frame).ok()?;
+        let outlines: Vec<Outline> = slices.iter().map(|slice| self.rest.outline(&slice.edits)).collect();
+        Some(Outline::together(&outlines))
     }
 
     /// Evaluates and applies all moments of a frame without rendering it; with a target, its file must be able to hold it.

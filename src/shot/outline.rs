@@ -8,6 +8,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -70,10 +71,28 @@ impl Part {
 
 type Parts = [Digest; Part::ALL.len()];
 
-/// A frame, known by its parts.
+/// The colour of a light in a frame that makes it differ from the scene that frames start from.
 #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lamp {
+    /// Authored index of its entity.
+    pub entity: usize,
+    /// Which light of the entity.
+    pub kind: Kind,
+    pub color: DVec3,
+}
+
+/// A frame, known by its parts.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outline {
     parts: Parts,
+    /// Lights of other colours than at rest, in the order of their entities.
+    pub lamps: Vec<Lamp>,
+    /// Whether the picture is a sum over lights, as far as its settings go.
+    pub is_sum: bool,
+    /// Whether the picture changes only where bodies do, as far as camera and settings go.
+    pub is_still: bool,
+    /// Width and height of the picture.
+    pub size: [u32; 2],
     /// What tracing it is estimated to cost: millions of steps of rays.
     pub cost: f64,
 }
@@ -88,9 +107,16 @@ impl Outline {
         hasher.finish()
     }
 
+    /// The digest of all but the colours of lights.
+    pub fn hash_without_colors(&self) -> Digest {
+        let mut parts = self.parts;
+        parts[Part::LightColors as usize] = Digest::default();
+        Outline { parts, lamps: Vec::new(), ..*self }.hash()
+    }
+
     /// A frame of several moments, one at least; what times they are follows from camera and settings.
     pub fn together(moments: &[Outline]) -> Outline {
-        let first = moments.first().copied().unwrap_or(Outline { parts: Parts::default(), cost: 0.0 });
+        let first = moments.first().cloned().unwrap_or_default();
         if moments.len() <= 1 {
             return first;
         }
@@ -100,6 +126,12 @@ impl Outline {
         }
         // Moments share the samples, and with them the cost.
         Outline { parts: hashers.map(|hasher| hasher.finish()), ..first }
+    }
+
+    /// Whether two frames show the same but for bodies that are elsewhere or otherwise.
+    pub fn stands_still_with(&self, other: &Outline) -> bool {
+        let others = [Part::Geometry, Part::Transforms, Part::Materials];
+        self.is_still && other.is_still && self.changes(other).iter().all(|part| others.contains(part))
     }
 
     /// The parts in which two frames differ.
@@ -217,7 +249,29 @@ impl Rest {
         parts[Part::Camera as usize] = self.record(camera, |field| !LENS.contains(&field));
         parts[Part::Lens as usize] = self.record(camera, |field| LENS.contains(&field));
         parts[Part::Settings as usize] = self.record(render, |field| !INVISIBLE.contains(&field));
-        Outline { parts, cost: cost(render, tally) }
+        let is_sum = is_sum(camera, render);
+        let lamps = if is_sum { self.lamps(&touched) } else { Vec::new() };
+        Outline {
+            parts,
+            lamps,
+            is_sum,
+            is_still: is_still(camera, render),
+            size: render.size,
+            cost: cost(render, tally),
+        }
+    }
+
+    fn lamps(&self, touched: &Touched) -> Vec<Lamp> {
+        let now = touched.entities.iter().filter_map(|(entity, now)| Some((*entity, now.as_ref()?)));
+        now.flat_map(|(entity, bag)| LIGHTS.map(|kind| (entity, kind, color_of(bag, kind))))
+            .filter_map(|(entity, kind, color)| Some(Lamp { entity, kind, color: color? }))
+            .filter(|lamp| self.rest_color(lamp.entity, lamp.kind) != Some(lamp.color))
+            .collect()
+    }
+
+    /// The colour of a light in the scene that frames start from.
+    pub fn rest_color(&self, entity: usize, kind: Kind) -> Option<DVec3> {
+        color_of(self.scene.entities.get(entity)?, kind)
     }
 
     fn record(&self, record: &dyn Record, wanted: impl Fn(&str) -> bool) -> Digest {
@@ -298,8 +352,40 @@ impl<'a> Touched<'a> {
     }
 }
 
+const LIGHTS: [Kind; 2] = [Kind::PointLight, Kind::AreaLight];
+
 fn is_light(bag: &Bag) -> bool {
-    bag.get(Kind::PointLight).is_some() || bag.get(Kind::AreaLight).is_some()
+    LIGHTS.iter().any(|kind| bag.get(*kind).is_some())
+}
+
+fn color_of(bag: &Bag, kind: Kind) -> Option<DVec3> {
+    match bag.get(kind)? {
+        Component::PointLight(light) => Some(light.color),
+        Component::AreaLight(light) => Some(light.color),
+        _ => None,
+    }
+}
+
+/// Not while a shutter is open, nor where the lens follows a body.
+fn is_still(camera: &Camera, render: &Render) -> bool {
+    let follows = matches!(camera.focus, Some(Focus::Entity(_))) && camera.focus_distance.is_none();
+    is_local(render.integrator) && camera.shutter.y <= camera.shutter.x && (!follows || camera.lens_radius() == 0.0)
+}
+
+/// Whether a pixel depends on nothing but what its own rays meet, each of which brings home light by light.
+fn is_local(integrator: Integrator) -> bool {
+    match integrator {
+        Integrator::Whitted | Integrator::Distribution | Integrator::Path => true,
+        // Photons come from everywhere.
+        Integrator::Photon => false,
+    }
+}
+
+/// Not where samples are cut off or judged by what all lights together make of them, nor while a shutter is open.
+fn is_sum(camera: &Camera, render: &Render) -> bool {
+    let has_signs = render.filter == Filter::Mitchell;
+    let is_judged = render.clamp.is_some() || render.gathers_moments() || has_signs;
+    is_local(render.integrator) && !is_judged && camera.shutter.y <= camera.shutter.x
 }
 
 fn worn_by(bag: &Bag) -> Option<&str> {

@@ -1,12 +1,14 @@
 //! The plan of a run: every wanted frame as data, and what is there of it already.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::Shot;
+use super::groups::{self, Group, Groups};
 use super::outline::{Outline, Part};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::digest::Digest;
@@ -27,6 +29,8 @@ pub struct Planned {
     pub hash: Digest,
     /// What differs from the wanted frame before; `None` for the first, and behind a mistake.
     pub changes: Option<Vec<Part>>,
+    /// The passes that the frame is a sum of, where only colours of lights change in a part of the sequence.
+    pub group: Option<Arc<Group>>,
     /// The first frame of the plan with the same pixels, if it is another one.
     pub twin: Option<u32>,
     pub state: State,
@@ -67,15 +71,19 @@ const COPIED_ENTITIES: usize = 1_000_000;
 /// The mistakes of the first frame, if all frames have some.
 pub fn make(shot: &mut Shot, wanted: &[u32], target: Target) -> Result<Plan, Diagnostics> {
     let outlines = evaluate(shot, wanted, Some(&target))?;
+    let groups = groups_of(shot, wanted, &outlines);
     let mut before = None;
     let mut frames: Vec<Planned> = Vec::with_capacity(wanted.len());
     for (frame, outline) in wanted.iter().zip(outlines) {
-        let now = outline.as_ref().ok().copied();
-        let changes = now.zip(before).map(|(now, before): (Outline, Outline)| now.changes(&before));
+        let now = outline.as_ref().ok().cloned();
+        let changes = now.as_ref().zip(before.as_ref()).map(|(now, before): (&Outline, &Outline)| now.changes(before));
+        let group =
+            now.as_ref().filter(|now| now.is_sum).and_then(|now| groups.get(&now.hash_without_colors())).cloned();
+        let hash = now.as_ref().map(|now| group.as_ref().map_or_else(|| now.hash(), |group| group.hash_of(now)));
+        let hash = hash.unwrap_or_default();
         before = now;
-        let hash = now.map(|outline| outline.hash()).unwrap_or_default();
         let file = target.path(*frame);
-        frames.push(Planned { frame: *frame, file, outline, hash, changes, twin: None, state: State::Missing });
+        frames.push(Planned { frame: *frame, file, outline, hash, changes, group, twin: None, state: State::Missing });
     }
     find_twins(&mut frames);
     let manifest = target.folder().map(|folder| Manifest::read(&folder));
@@ -130,6 +138,18 @@ fn find_twins(frames: &mut [Planned]) {
         let known = *first.entry(planned.hash).or_insert(planned.frame);
         planned.twin = (known != planned.frame).then_some(known);
     }
+}
+
+/// The groups of the whole sequence, whatever part of it is wanted; none if no wanted frame could belong to one.
+fn groups_of(shot: &Shot, wanted: &[u32], outlines: &[Result<Outline, Diagnostics>]) -> Groups {
+    let known: FxHashMap<u32, &Outline> =
+        wanted.iter().zip(outlines).filter_map(|(frame, outline)| Some((*frame, outline.as_ref().ok()?))).collect();
+    if shot.frames() < 2 || !known.values().any(|outline| outline.is_sum) {
+        return Groups::default();
+    }
+    let missing: Vec<u32> = (1..=shot.frames()).filter(|frame| !known.contains_key(frame)).collect();
+    let others: Vec<Outline> = missing.par_iter().filter_map(|frame| shot.input.outline(*frame)).collect();
+    groups::find(&shot.input.rest, known.into_values().chain(&others))
 }
 
 /// Sees to it that every one of these frames can be rendered.

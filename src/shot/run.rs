@@ -9,6 +9,8 @@ use rustc_hash::FxHashMap;
 
 use super::Shot;
 use super::plan::{Plan, Planned};
+use super::reuse::Keeper;
+pub use super::reuse::Policy;
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::base::digest::Digest;
 use crate::base::{files, limits};
@@ -85,7 +87,13 @@ type Watch<'a> = &'a (dyn Fn(Event) + Sync);
 ///
 /// # Errors
 /// A file that cannot be written: what is there by then is whole.
-pub fn run(shot: &mut Shot, plan: &Plan, cancel: &AtomicBool, watch: Watch) -> Result<Ending, Diagnostics> {
+pub fn run(
+    shot: &mut Shot,
+    plan: &Plan,
+    policy: Policy,
+    cancel: &AtomicBool,
+    watch: Watch,
+) -> Result<Ending, Diagnostics> {
     output::sweep(&plan.folder());
     for planned in plan.frames.iter().filter(|planned| planned.state == State::Done) {
         watch(report(planned, Reused::Cache, Instant::now()));
@@ -97,8 +105,9 @@ pub fn run(shot: &mut Shot, plan: &Plan, cancel: &AtomicBool, watch: Watch) -> R
         let (send, receive) = sync_channel::<Exposed>(1);
         let writer = scope.spawn(|| write_all(receive, plan.manifest.as_ref(), watch, &failed));
         let mut ending = Ending::default();
-        for group in groups {
-            match expose(shot, &group, cancel, watch) {
+        let mut keeper = Keeper::new(policy);
+        for (index, group) in groups.iter().enumerate() {
+            match expose(shot, &groups, index, &mut keeper, cancel, watch) {
                 Ok(Some(exposed)) if !failed.load(Ordering::Relaxed) => {
                     // The writer only hangs up after a failure, which it reports itself.
                     let _ = send.send(exposed);
@@ -109,6 +118,7 @@ pub fn run(shot: &mut Shot, plan: &Plan, cancel: &AtomicBool, watch: Watch) -> R
                     break;
                 }
                 Err(problems) => {
+                    keeper.drop_tiles();
                     ending.failed.extend(group.iter().map(|planned| (planned.frame, problems.clone())));
                 }
             }
@@ -155,30 +165,60 @@ fn copy_of(file: &Path, making: &Making) -> Option<Vec<u8>> {
     output::renamed(&bytes, making)
 }
 
+/// Makes the frame at `index` of the run, from what is kept as far as that goes.
 fn expose(
     shot: &mut Shot,
-    group: &[&Planned],
+    run: &[Vec<&Planned>],
+    index: usize,
+    keeper: &mut Keeper,
     cancel: &AtomicBool,
     watch: Watch,
 ) -> Result<Option<Exposed>, Diagnostics> {
     let start = Instant::now();
-    let frame = group[0].frame;
-    let Shot { stage, input, source, .. } = shot;
-    let slices = input.slices(frame)?;
+    let planned = run[index][0];
+    let frames = run[index].iter().map(|planned| (planned.making(&shot.source), planned.file.clone())).collect();
+    let group = planned.group.as_deref();
+    let outline = planned.outline.as_ref().ok();
+    let factors =
+        group.zip(outline).map(|(group, outline)| group.factors(&shot.input.rest, outline)).unwrap_or_default();
+    if let Some((film, render, stats)) = group.and_then(|group| keeper.sum(group, &factors)) {
+        check_assets(shot)?;
+        return Ok(Some(Exposed { frames, film, render, stats, start }));
+    }
+    let mut exposure = Exposure::default();
+    match group {
+        Some(group) => exposure.passes = group.passes.clone(),
+        None => keeper.lend(shot, run, index, &mut exposure),
+    }
+    let frame = planned.frame;
     let progress = |done, total| watch(Event::Tiles { frame, done, total });
-    let (mut exposure, mut render, mut whole) = (Exposure::default(), Render::default(), true);
+    let (mut render, mut whole) = (Render::default(), true);
+    let Shot { stage, input, .. } = shot;
+    let slices = input.slices(frame)?;
     input.with_slices(stage, frame, slices, |stage, share| {
         render = stage.settings();
         whole = systems::expose(stage, share, &mut exposure, cancel, &progress)?;
-        if let Some(name) = input.rest.changed_asset() {
-            let message = format!("`{name}` changed while its frames were rendered");
-            return Err(Diagnostic::error(message).because(Cause::Io).help("run again").into());
-        }
         Ok(whole)
     })?;
-    let frames = group.iter().map(|planned| (planned.making(source), planned.file.clone())).collect();
-    let developed = exposure.develop().filter(|_| whole);
-    Ok(developed.map(|(film, stats)| Exposed { frames, film, render, stats, start }))
+    check_assets(shot)?;
+    if !whole {
+        return Ok(None);
+    }
+    if group.is_none() {
+        keeper.take_back(&mut exposure, index);
+    }
+    let Some((films, stats)) = exposure.develop() else { return Ok(None) };
+    let Some(film) = systems::sum_of(&films, &factors) else { return Ok(None) };
+    if let Some(group) = group {
+        keeper.keep_passes(group, films, &render, stats.seed, &run[index + 1..]);
+    }
+    Ok(Some(Exposed { frames, film, render, stats, start }))
+}
+
+fn check_assets(shot: &Shot) -> Result<(), Diagnostics> {
+    let Some(name) = shot.input.rest.changed_asset() else { return Ok(()) };
+    let message = format!("`{name}` changed while its frames were rendered");
+    Err(Diagnostic::error(message).because(Cause::Io).help("run again").into())
 }
 
 fn write_all(

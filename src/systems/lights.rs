@@ -4,30 +4,50 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::hierarchy::Placement;
 use super::stage::{Absent, Order, Stage};
-use crate::components::{AreaLight, Falloff, PointLight};
+use crate::components::{AreaLight, Falloff, Kind, PointLight};
 use crate::trace::lights::Light;
 
+/// Lights that have a pass of their own, in the order of the passes from the second on: authored index, kind, and the
+/// grey that each shines with there, whatever its own colour is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Passes {
+    pub lights: Vec<(usize, Kind, f32)>,
+}
+
+impl Passes {
+    /// How many there are, with the one of all the rest.
+    pub fn count(&self) -> usize {
+        self.lights.len() + 1
+    }
+
+    fn of(&self, order: Order, kind: Kind, light: Light) -> Light {
+        let own = self.lights.iter().position(|(index, of, _)| (*index, *of) == (order.0 as usize, kind));
+        own.map_or(light, |i| Light { color: Vec3::splat(self.lights[i].2), pass: i as u32 + 1, ..light })
+    }
+}
+
 /// Every light of the World; point lights are widened by the setting `light_size`.
-pub fn lights(stage: &Stage) -> Vec<Light> {
+pub fn lights(stage: &Stage, passes: &Passes) -> Vec<Light> {
     let world = &stage.world;
     let widened = stage.settings().light_size;
     let place = |p: Option<&Placement>| p.map_or(DAffine3::IDENTITY, |p| p.0);
-    let mut found: Vec<(Order, u8, Light)> = Vec::new();
+    let mut found: Vec<(Order, Kind, Light)> = Vec::new();
     let mut points = world.query::<(&Order, &PointLight, Option<&Placement>)>().without::<&Absent>();
     for (order, light, placement) in points.iter() {
         let center = place(placement).transform_point3(light.position);
         let edges = [DVec3::X * widened, DVec3::Y * widened];
-        found.push((*order, 0, resolved(center, edges, light.color, light.falloff, false)));
+        found.push((*order, Kind::PointLight, resolved(center, edges, light.color, light.falloff, false)));
     }
     let mut areas = world.query::<(&Order, &AreaLight, Option<&Placement>)>().without::<&Absent>();
     for (order, light, placement) in areas.iter() {
         let map = place(placement);
         let edges = light.edge_vectors().map(|e| map.transform_vector3(e));
         let center = map.transform_point3(light.position);
-        found.push((*order, 1, resolved(center, edges, light.color, light.falloff, light.visible)));
+        found.push((*order, Kind::AreaLight, resolved(center, edges, light.color, light.falloff, light.visible)));
     }
     found.sort_by_key(|(order, kind, _)| (*order, *kind));
-    found.into_iter().map(|(_, _, light)| light).filter(|light| light.color != Vec3::ZERO).collect()
+    let lights = found.into_iter().map(|(order, kind, light)| passes.of(order, kind, light));
+    lights.filter(|light| light.color != Vec3::ZERO).collect()
 }
 
 fn resolved(center: DVec3, edges: [DVec3; 2], color: DVec3, falloff: Falloff, visible: bool) -> Light {
@@ -38,5 +58,6 @@ fn resolved(center: DVec3, edges: [DVec3; 2], color: DVec3, falloff: Falloff, vi
         color: color.as_vec3(),
         inverse_square: falloff == Falloff::InverseSquare,
         visible,
+        pass: 0,
     }
 }

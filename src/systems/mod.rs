@@ -13,6 +13,7 @@
 //! pixel's samples to an [`Exposure`].
 
 mod animate;
+mod bodies;
 mod collect;
 mod extract;
 mod hierarchy;
@@ -22,12 +23,16 @@ mod render;
 mod skins;
 mod spawn;
 mod stage;
+mod still;
 
 pub use animate::{Undo, animate, undo};
+pub use bodies::{Body, affected, body};
 pub use collect::collect;
-pub use render::{Exposure, FrameStats, check, expose, forget, render};
+pub use lights::Passes;
+pub use render::{Exposure, FrameStats, check, expose, forget, render, sum_of};
 pub use spawn::spawn;
 pub use stage::Stage;
+pub use still::{Scenes, Still};
 
 #[cfg(test)]
 mod tests;

@@ -3,15 +3,19 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
+use glam::Vec3;
 use rayon::prelude::*;
 
+use super::lights::Passes;
 use super::stage::{AccelKey, Kept, Stage};
+use super::still::Still;
 use super::{extract, hierarchy, lens, lights, skins};
 use crate::base::diagnostics::Diagnostics;
 use crate::components::{Integrator, Render, Transfer};
 use crate::film::{Film, FilterTable, Gather, Tally, denoise};
 use crate::load::image;
 use crate::trace::environment::{Environment, Source};
+use crate::trace::footprint::Footprint;
 use crate::trace::integrator::{self, Photons, Radii, Settings, Share, View};
 use crate::trace::lights::Lights;
 use crate::trace::{Accelerator, Counters, Worker};
@@ -25,10 +29,20 @@ pub struct FrameStats {
     pub counters: Counters,
     /// Name of the accelerator that was used.
     pub accel: &'static str,
+    /// How often it was built; 0 if it was kept.
+    pub builds: u32,
     /// Seed of the frame's sampling.
     pub seed: u64,
     pub build_seconds: f64,
     pub render_seconds: f64,
+    pub tiles: usize,
+    /// Tiles that were kept from an earlier frame.
+    pub tiles_kept: usize,
+    /// Passes that the picture is the sum of.
+    pub passes: usize,
+    pub passes_kept: usize,
+    /// Memory of what is kept for later frames.
+    pub reuse_bytes: usize,
 }
 
 /// A frame while it is exposed: sums of samples, and what they cost so far.
@@ -38,6 +52,10 @@ pub struct Exposure {
     stats: FrameStats,
     /// Of searches for photons, once the first pass has found them.
     radii: Option<Radii>,
+    /// The passes that lights are divided into.
+    pub passes: Passes,
+    /// What is kept from picture to picture, and which of them this one is.
+    pub still: Option<(Still, usize)>,
 }
 
 /// What a frame's first share lays down for all of them.
@@ -45,24 +63,48 @@ struct Plate {
     size: [u32; 2],
     gather: Gather,
     denoise: bool,
-    /// One for each tile.
+    passes: usize,
+    /// One for each pass of each tile, those of a tile together.
     tallies: Vec<Tally>,
 }
 
 impl Exposure {
-    /// The frame as means of its samples; `None` before its first share.
-    pub fn develop(self) -> Option<(Film, FrameStats)> {
-        let Plate { size, gather, denoise: wanted, tallies } = self.plate?;
-        let mut film = develop(size, gather, &tallies);
+    /// The share of the tiles that were traced, 0 to 1.
+    pub fn share_traced(&self) -> f64 {
+        (self.stats.tiles - self.stats.tiles_kept) as f64 / self.stats.tiles.max(1) as f64
+    }
+
+    /// The frame as means of its samples, a film for each pass; `None` before its first share.
+    pub fn develop(self) -> Option<(Vec<Film>, FrameStats)> {
+        let Plate { size, gather, denoise: wanted, passes, tallies } = self.plate?;
+        let of_pass = |pass: usize| develop(size, gather_of(gather, pass), tallies.iter().skip(pass).step_by(passes));
+        let mut films: Vec<Film> = (0..passes).map(of_pass).collect();
         if wanted {
-            denoise(&mut film);
+            films.iter_mut().for_each(denoise);
         }
-        Some((film, self.stats))
+        Some((films, FrameStats { passes, ..self.stats }))
     }
 }
 
+/// What is gathered beside the colours belongs to the first pass.
+fn gather_of(gather: Gather, pass: usize) -> Gather {
+    if pass == 0 { gather } else { Gather { moments: false, features: false, ..gather } }
+}
+
+/// The picture that passes add up to, each but the first by its factor, in their order.
+pub fn sum_of(films: &[Film], factors: &[Vec3]) -> Option<Film> {
+    let (first, others) = films.split_first()?;
+    let mut film = first.clone();
+    for (other, factor) in others.iter().zip(factors) {
+        for (sum, color) in film.pixels.iter_mut().zip(&other.pixels) {
+            *sum = (Vec3::from(*sum) + Vec3::from(*color) * *factor).to_array();
+        }
+    }
+    Some(film)
+}
+
 impl Plate {
-    fn new(settings: &Render, filter: &FilterTable) -> Self {
+    fn new(settings: &Render, filter: &FilterTable, passes: usize) -> Self {
         let size = settings.size;
         let gather = Gather {
             clamp: settings.clamp.map(|c| c as f32),
@@ -70,8 +112,9 @@ impl Plate {
             moments: settings.gathers_moments(),
             features: settings.gathers_features(),
         };
-        let tally = |tile| Tally::new(places(tile, size).len(), gather);
-        Plate { size, gather, denoise: settings.denoise, tallies: (0..tile_count(size)).map(tally).collect() }
+        let tally = |i: usize| Tally::new(places(i / passes, size).len(), gather_of(gather, i % passes));
+        let tallies = (0..tile_count(size) * passes).map(tally).collect();
+        Plate { size, gather, denoise: settings.denoise, passes, tallies }
     }
 }
 
@@ -88,7 +131,8 @@ pub fn render(
 ) -> Result<Option<(Film, FrameStats)>, Diagnostics> {
     let mut exposure = Exposure::default();
     let whole = expose(stage, Share::WHOLE, &mut exposure, cancel, progress)?;
-    Ok(exposure.develop().filter(|_| whole))
+    let developed = exposure.develop().filter(|_| whole);
+    Ok(developed.and_then(|(mut films, stats)| films.pop().map(|film| (film, stats))))
 }
 
 /// Adds a share of the samples of every pixel, at the moment at which the World stands; false if `cancel` was raised.
@@ -108,7 +152,7 @@ pub fn expose(
     let start = Instant::now();
     hierarchy::update(stage)?;
     let rebuilt = extract::update(stage)?;
-    accelerate(stage, rebuilt);
+    exposure.stats.builds += u32::from(accelerate(stage, rebuilt));
     let settings = stage.settings();
     if exposure.plate.is_none() {
         exposure.stats.seed = settings.seed.unwrap_or_else(|| lens::pose_seed(&stage.camera()));
@@ -125,7 +169,8 @@ pub fn expose(
     let skins = skins::skins(stage)?;
     let materials = extract::materials(stage);
     let geometry = &stage.kept.geometry;
-    let lights = Lights::new(lights::lights(stage), geometry, &materials).under(environment.as_ref(), geometry);
+    let lights = Lights::new(lights::lights(stage, &exposure.passes), geometry, &materials)
+        .under(environment.as_ref(), geometry);
     let Some((_, accelerator)) = &stage.kept.accelerator else { return Ok(false) };
     let filter = FilterTable::new(settings.filter, settings.filter_width());
     let view = View {
@@ -139,30 +184,34 @@ pub fn expose(
         settings: &resolved,
         filter: &filter,
         width: settings.size[0],
+        passes: exposure.passes.count(),
+        boxes: None,
         photons: None,
     };
     let built = Instant::now();
-    let Exposure { plate, stats, radii } = exposure;
-    let plate = plate.get_or_insert_with(|| Plate::new(&settings, &filter));
-    let passes = settings.passes(share.of);
-    for pass in 0..passes {
-        let share = Share { index: share.index * passes + pass, of: share.of * passes };
-        let photons = match settings.integrator {
-            Integrator::Photon => {
-                let first = radii.or(settings.photon_radius.map(Radii::new));
-                let Some((photons, counters)) = Photons::new(view, share.index, first, cancel) else {
-                    return Ok(false);
-                };
-                stats.counters += counters;
-                *radii = Some(photons.radii());
-                Some(photons)
-            }
-            Integrator::Whitted | Integrator::Distribution | Integrator::Path => None,
+    let Exposure { plate, stats, radii, still, .. } = exposure;
+    let plate = plate.get_or_insert_with(|| Plate::new(&settings, &filter, view.passes));
+    let turns = settings.turns(share.of);
+    for turn in 0..turns {
+        let share = Share { index: share.index * turns + turn, of: share.of * turns };
+        let photons = if settings.integrator == Integrator::Photon {
+            let first = radii.or(settings.photon_radius.map(Radii::new));
+            let Some((photons, counters)) = Photons::new(view, share.index, first, cancel) else { return Ok(false) };
+            stats.counters += counters;
+            *radii = Some(photons.radii());
+            Some(photons)
+        } else {
+            None
         };
         let view = View { photons: photons.as_ref(), ..view };
-        let Some(counters) = tiles(view, share, plate, cancel, progress) else { return Ok(false) };
+        let counters = match still {
+            None => tiles(view, share, plate, None, cancel, progress).map(|(counters, _)| counters),
+            Some((still, picture)) => stale_tiles(view, plate, still, *picture, stats, cancel, progress),
+        };
+        let Some(counters) = counters else { return Ok(false) };
         stats.counters += counters;
     }
+    stats.tiles = plate.tallies.len() / plate.passes;
     stats.accel = accelerator.name();
     stats.build_seconds += (built - start).as_secs_f64();
     stats.render_seconds += built.elapsed().as_secs_f64();
@@ -200,8 +249,8 @@ fn surround(stage: &mut Stage, settings: &Render) -> Result<Option<Environment>,
     Ok(Some(kept))
 }
 
-/// Builds the accelerator if the columns or its settings changed.
-fn accelerate(stage: &mut Stage, rebuilt: bool) {
+/// Builds the accelerator if the columns or its settings changed; true if it did.
+fn accelerate(stage: &mut Stage, rebuilt: bool) -> bool {
     let settings = stage.settings();
     let key = AccelKey { choice: settings.accel, density: settings.grid_density };
     let fits = stage.kept.accelerator.as_ref().is_some_and(|(known, _)| *known == key);
@@ -210,36 +259,69 @@ fn accelerate(stage: &mut Stage, rebuilt: bool) {
         let built = Accelerator::rebuild(&stage.kept.geometry, key.choice, key.density, before);
         stage.kept.accelerator = Some((key, built));
     }
+    rebuilt || !fits
 }
 
-/// Adds a share of all samples, each tile to the tally of its own.
+/// Traces the tiles that may have changed since they were traced last, and takes the others from there.
+fn stale_tiles(
+    view: View,
+    plate: &mut Plate,
+    still: &mut Still,
+    picture: usize,
+    stats: &mut FrameStats,
+    cancel: &AtomicBool,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Option<Counters> {
+    // Paths choose among lights by what reaches across the scene.
+    let by_bounds = view.settings.integrator == Integrator::Path || !view.lights.emitters().is_empty();
+    let bounds = view.geometry.bounds();
+    let stale = still.stale(picture, bounds, by_bounds);
+    let is_stale: Vec<bool> = still.fill(&mut plate.tallies, &stale);
+    let view = View { boxes: Some(still.boxes()), ..view };
+    let (counters, footprints) = tiles(view, Share::WHOLE, plate, Some(&is_stale), cancel, progress)?;
+    for (tile, footprint) in stale.iter().zip(footprints) {
+        still.keep(*tile, plate.tallies[*tile].clone(), footprint, picture, bounds);
+    }
+    stats.tiles_kept = plate.tallies.len() - stale.len();
+    stats.reuse_bytes = still.bytes();
+    Some(counters)
+}
+
+/// Adds a share of all samples, each tile to the tallies of its own; of those that are wanted, if only some are.
+///
+/// Gives what the tiles cost and, in their order, what their rays crossed.
 fn tiles(
     view: View,
     share: Share,
     plate: &mut Plate,
+    wanted: Option<&[bool]>,
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
-) -> Option<Counters> {
-    let (size, total) = (plate.size, plate.tallies.len());
+) -> Option<(Counters, Vec<Footprint>)> {
+    let size = plate.size;
+    let tiles = plate.tallies.chunks_mut(plate.passes).enumerate();
+    let tiles: Vec<_> = tiles.filter(|(index, _)| wanted.is_none_or(|wanted| wanted[*index])).collect();
+    let total = tiles.len();
     let done = AtomicUsize::new(total * share.index as usize);
-    let trace = |worker: &mut Worker, (index, tally): (usize, &mut Tally)| -> Option<Counters> {
+    let trace = |worker: &mut Worker, (index, tallies): (usize, &mut [Tally])| -> Option<(Counters, Footprint)> {
         if cancel.load(Ordering::Relaxed) {
             return None;
         }
         worker.start_tile();
-        integrator::expose(view, &places(index, size), share, tally, worker);
+        worker.footprint = view.boxes.map(Footprint::new).unwrap_or_default();
+        integrator::expose(view, &places(index, size), share, tallies, worker);
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, total * share.of as usize);
-        Some(std::mem::take(&mut worker.counters))
+        Some((std::mem::take(&mut worker.counters), std::mem::take(&mut worker.footprint)))
     };
-    let traced: Option<Vec<Counters>> =
-        plate.tallies.par_iter_mut().enumerate().map_init(Worker::default, trace).collect();
+    let traced: Option<Vec<_>> = tiles.into_par_iter().map_init(Worker::default, trace).collect();
+    let (costs, footprints): (Vec<Counters>, Vec<Footprint>) = traced?.into_iter().unzip();
     let mut counters = Counters::default();
-    traced?.into_iter().for_each(|cost| counters += cost);
-    Some(counters)
+    costs.into_iter().for_each(|cost| counters += cost);
+    Some((counters, footprints))
 }
 
 /// The means of what the tiles of a picture add up to.
-fn develop(size: [u32; 2], gather: Gather, tiles: &[Tally]) -> Film {
+fn develop<'a>(size: [u32; 2], gather: Gather, tiles: impl Iterator<Item = &'a Tally>) -> Film {
     let mut film = Film::new(size[0], size[1]);
     let count = film.pixels.len();
     if gather.features {
@@ -248,7 +330,7 @@ fn develop(size: [u32; 2], gather: Gather, tiles: &[Tally]) -> Film {
     if gather.moments {
         film.layers.variance = vec![0.0; count];
     }
-    for (index, tally) in tiles.iter().enumerate() {
+    for (index, tally) in tiles.enumerate() {
         for (i, [x, y]) in places(index, size).into_iter().enumerate() {
             let pixel = y as usize * size[0] as usize + x as usize;
             film.pixels[pixel] = tally.color(i);
@@ -263,7 +345,7 @@ fn develop(size: [u32; 2], gather: Gather, tiles: &[Tally]) -> Film {
     film
 }
 
-fn tile_count([width, height]: [u32; 2]) -> usize {
+pub fn tile_count([width, height]: [u32; 2]) -> usize {
     width.div_ceil(TILE) as usize * height.div_ceil(TILE) as usize
 }
 

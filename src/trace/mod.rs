@@ -10,6 +10,7 @@ pub mod accel;
 pub mod bsdf;
 pub mod camera;
 pub mod environment;
+pub mod footprint;
 pub mod geometry;
 pub mod integrator;
 pub mod lights;

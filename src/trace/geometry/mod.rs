@@ -88,6 +88,9 @@ const KINDS: [Kind; 8] = [
     Kind::Plane,
 ];
 
+/// Number at which each kind ends: two geometries of one layout have the same kinds under the same numbers.
+pub type Layout = [u32; KINDS.len()];
+
 /// Number of a flat triangle's shading normals.
 const FLAT: u32 = u32::MAX;
 
@@ -116,7 +119,7 @@ pub struct Geometry {
     tags: [Vec<Tag>; KINDS.len()],
     mesh_triangles: usize,
     /// Number at which each kind ends.
-    ends: [u32; KINDS.len()],
+    ends: Layout,
     bounds: Bounds,
     reach: f32,
 }
@@ -218,6 +221,10 @@ impl Geometry {
         self.ends[Kind::Instance as usize]
     }
 
+    pub fn layout(&self) -> Layout {
+        self.ends
+    }
+
     /// Numbers of one kind.
     pub fn range(&self, kind: Kind) -> Range<u32> {
         let start = if kind == Kind::Sphere { 0 } else { self.ends[kind as usize - 1] };
@@ -249,6 +256,10 @@ impl Geometry {
         &self.parts
     }
 
+    pub fn instances(&self) -> &[Instance] {
+        &self.instances
+    }
+
     pub fn instance(&self, number: u32) -> &Instance {
         &self.instances[(number - self.range(Kind::Instance).start) as usize]
     }
@@ -273,6 +284,10 @@ impl Geometry {
         self.boxes[(number - self.range(Kind::Box).start) as usize]
     }
 
+    pub fn cone(&self, number: u32) -> Frustum {
+        self.cones[(number - self.range(Kind::Cone).start) as usize]
+    }
+
     /// Bounds of all primitives but the planes.
     pub fn bounds(&self) -> Bounds {
         self.bounds
@@ -295,6 +310,13 @@ impl Geometry {
             Kind::Instance => self.instance(number).bounds,
             Kind::Plane => Bounds::default(),
         }
+    }
+
+    /// Whether no ray that starts in `origins` would be moved by [`Self::approach`], for primitives within `bounds`.
+    pub fn is_near(bounds: Bounds, origins: Bounds) -> bool {
+        let farthest = (origins.min - bounds.center()).abs().max((origins.max - bounds.center()).abs());
+        // With room for the roundings of the one that decides.
+        bounds.is_empty() || farthest.length_squared() < 15.9 * bounds.size().length_squared()
     }
 
     /// A ray that starts far from all finite primitives, moved up to them: distance moved, and the ray from there.

@@ -21,6 +21,7 @@ use glam::Vec3;
 
 use super::camera::CameraRays;
 use super::environment::Environment;
+use super::footprint::Boxes;
 use super::lights::Lights;
 use super::sampler::{Domain, Node, Sampler};
 use super::surfacing::Surfacing;
@@ -133,6 +134,10 @@ pub struct View<'a> {
     /// Where in and around a pixel its samples lie.
     pub filter: &'a FilterTable,
     pub width: u32,
+    /// Passes that lights are divided into, 1 at least.
+    pub passes: usize,
+    /// Places that are noted where rays cross them.
+    pub boxes: Option<&'a Boxes>,
     /// What a pass of photon mapping knows of the light.
     pub photons: Option<&'a Photons>,
 }
@@ -178,17 +183,19 @@ const BATCH: usize = 2048;
 ///
 /// Of the samples of a round only a share is taken; where that is not the whole, all pixels get all rounds, so that
 /// shares stay equal.
-pub fn expose(view: View, places: &[[u32; 2]], share: Share, tally: &mut Tally, worker: &mut Worker) {
+///
+/// There is a tally for each pass; all but the light of lamps that have a pass of their own goes into the first.
+pub fn expose(view: View, places: &[[u32; 2]], share: Share, tallies: &mut [Tally], worker: &mut Worker) {
     let mut active: Vec<u32> = (0..places.len() as u32).collect();
     for round in 0..view.settings.rounds {
         if let Some(noise) = view.settings.noise.filter(|_| round > 0 && share == Share::WHOLE) {
-            noise.retain_noisy(places, tally, &mut active);
+            noise.retain_noisy(places, &tallies[0], &mut active);
         }
         if active.is_empty() {
             return;
         }
         let picked = Picked { round, share, places, active: &active };
-        sample(view, picked, tally, worker);
+        sample(view, picked, tallies, worker);
     }
 }
 
@@ -201,7 +208,7 @@ struct Picked<'a> {
 }
 
 /// Adds a share of one round of samples to the active pixels.
-fn sample(view: View, picked: Picked, tally: &mut Tally, worker: &mut Worker) {
+fn sample(view: View, picked: Picked, tallies: &mut [Tally], worker: &mut Worker) {
     let Picked { round, share, places, active } = picked;
     let strata = view.settings.strata;
     let seed = if round == 0 { view.settings.seed } else { combine(view.settings.seed, round.into()) };
@@ -221,7 +228,7 @@ fn sample(view: View, picked: Picked, tally: &mut Tally, worker: &mut Worker) {
         if batch.is_empty() {
             break;
         }
-        buffers.begin(batch.len(), view.settings.features);
+        buffers.begin(batch.len(), view.passes, view.settings.features);
         for (pixel, sampler) in &batch {
             let [x, y] = places[*pixel];
             let square = if strata == 1 { [0.5; 2] } else { sampler.in_own_cell(Node::CAMERA, Domain::Pixel) };
@@ -234,9 +241,11 @@ fn sample(view: View, picked: Picked, tally: &mut Tally, worker: &mut Worker) {
         wave::trace(view, &mut buffers, worker);
         for (i, (pixel, _)) in batch.iter().enumerate() {
             let (pixel, lot) = (*pixel, buffers.lots[i]);
-            tally.add(pixel, buffers.colors[i], lot.weight);
+            for (pass, tally) in tallies.iter_mut().enumerate() {
+                tally.add(pixel, buffers.colors[pass * BATCH + i], lot.weight);
+            }
             if view.settings.features {
-                tally.add_feature(pixel, buffers.features[i].as_ref(), lot.off_center);
+                tallies[0].add_feature(pixel, buffers.features[i].as_ref(), lot.off_center);
             }
         }
     }

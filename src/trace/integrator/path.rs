@@ -9,7 +9,7 @@
 use glam::Vec3;
 
 use super::View;
-use super::wave::{CLEAR, Encounter, Errand, Shadows, Wave, found};
+use super::wave::{CLEAR, Encounter, Errand, Shadows, Wave, found, place};
 use crate::trace::bsdf::{Bsdf, Frame, Transport};
 use crate::trace::lights::Lights;
 use crate::trace::sampler::Domain;
@@ -20,13 +20,13 @@ const SAFE_DEPTH: u32 = 3;
 
 /// Adds the light of lamps that a ray crosses on its way; they do not stop it.
 #[inline]
-pub fn cross_lamps(view: View, ray: &Ray, errand: &Errand, camera: bool, color: &mut Vec3) {
-    view.lights.crossed(ray, camera, |radiance, distance, asked| {
+pub fn cross_lamps(view: View, ray: &Ray, errand: &Errand, camera: bool, colors: &mut [Vec3]) {
+    view.lights.crossed(ray, camera, |radiance, distance, asked, pass| {
         let mut weight = errand.weight * found(errand.pdf, asked);
         if errand.medium != CLEAR {
             weight *= view.materials[errand.medium as usize].left_after(distance);
         }
-        *color += weight * radiance;
+        colors[place(errand.sample, pass) as usize] += weight * radiance;
     });
 }
 
@@ -82,7 +82,8 @@ pub fn ask(view: View, lights: &Lights, met: &Encounter, seen: &Seen, shadows: &
     let value = value * surface.terminator(light.direction);
     let ray = Ray { origin: surface.leave(light.direction), direction: light.direction, t_max: light.distance };
     let bin = light.light as usize % shadows.len();
-    shadows[bin].push(view, ray, light.target, errand.sample, errand.weight * (value * light.gain * share));
+    let sample = place(errand.sample, lights.pass(light.light));
+    shadows[bin].push(view, ray, light.target, sample, errand.weight * (value * light.gain * share));
 }
 
 /// The ray that a path goes on with, if it does.

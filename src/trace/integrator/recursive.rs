@@ -7,7 +7,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::wave::{Encounter, Errand, Shadows, Wave, found};
+use super::wave::{Encounter, Errand, Shadows, Wave, found, place};
 use super::{LightSampling, View};
 use crate::components::{Fresnel, Integrator, Model};
 use crate::trace::bsdf::{Bsdf, Frame, Sampled, Transport};
@@ -194,7 +194,8 @@ fn lit(view: View, met: &Encounter, law: Option<&Law>, light: &Light, at: [f32; 
     let color = color * surface.terminator(direction);
     let strength = if light.inverse_square { share / square } else { share };
     let ray = Ray { origin: from, direction, t_max: distance };
-    shadows.push(view, ray, target, errand.sample, errand.weight * (color * light.color * strength));
+    let sample = place(errand.sample, light.pass);
+    shadows.push(view, ray, target, sample, errand.weight * (color * light.color * strength));
 }
 
 fn blinn_phong(met: &Encounter, direction: Vec3, cosine: f32) -> Vec3 {

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{View, feature, path, photon, recursive};
+use super::{BATCH, View, feature, path, photon, recursive};
 use crate::components::Integrator;
 use crate::film::Feature;
 use crate::trace::bsdf::Frame;
@@ -131,7 +131,7 @@ pub struct Buffers {
     /// By light.
     shadows: Vec<Shadows>,
     samplers: Vec<Sampler>,
-    /// Colour of each sample.
+    /// Colour of each sample, pass by pass: see [`place`].
     pub colors: Vec<Vec3>,
     /// Where each sample lies in its pixel.
     pub lots: Vec<Lot>,
@@ -140,14 +140,14 @@ pub struct Buffers {
 }
 
 impl Buffers {
-    pub fn begin(&mut self, samples: usize, features: bool) {
+    pub fn begin(&mut self, samples: usize, passes: usize, features: bool) {
         self.wave.clear();
         self.samplers.clear();
         self.lots.clear();
         self.features.clear();
         self.features.resize(if features { samples } else { 0 }, None);
         self.colors.clear();
-        self.colors.resize(samples, Vec3::ZERO);
+        self.colors.resize((passes - 1) * BATCH + samples, Vec3::ZERO);
     }
 
     /// Adds the camera ray of the next sample.
@@ -159,6 +159,12 @@ impl Buffers {
             Errand { sample, node: Node::CAMERA, weight: Vec3::ONE, cone, pdf: 0.0, medium: CLEAR, seeks: Seeks::All };
         self.wave.push(ray, errand);
     }
+}
+
+/// Where the light of a pass is added up for a sample.
+#[inline]
+pub fn place(sample: u32, pass: u32) -> u32 {
+    sample + pass * BATCH as u32
 }
 
 /// A ray, the surface that it met, and what the surface is of.
@@ -222,6 +228,11 @@ fn find(view: View, buffers: &mut Buffers, worker: &mut Worker) {
     buffers.hits.resize(buffers.wave.rays.len(), None);
     let hits = &mut buffers.hits;
     view.accelerator.closest_all(view.geometry, &buffers.wave.rays, worker, |i, hit| hits[i] = hit);
+    if let Some(boxes) = view.boxes {
+        for (ray, hit) in buffers.wave.rays.iter().zip(hits) {
+            worker.footprint.add(boxes, ray, hit.map_or(ray.t_max, |hit| hit.t));
+        }
+    }
 }
 
 fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
@@ -229,12 +240,12 @@ fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
     let path = view.settings.follows_paths();
     let last = depth == view.settings.max_depth;
     for ((ray, errand), hit) in wave.rays.iter().zip(&wave.errands).zip(hits) {
-        let color = &mut colors[errand.sample as usize];
         let mut errand = *errand;
         let met = hit.map_or(f32::INFINITY, |hit| hit.t);
         if path && errand.seeks != Seeks::Unsent {
-            path::cross_lamps(view, &Ray { t_max: met, ..*ray }, &errand, depth == 1, color);
+            path::cross_lamps(view, &Ray { t_max: met, ..*ray }, &errand, depth == 1, colors);
         }
+        let color = &mut colors[errand.sample as usize];
         if errand.medium != CLEAR {
             errand.weight *= view.materials[errand.medium as usize].left_after(met);
         }
@@ -309,6 +320,9 @@ pub fn found(pdf: f32, asked: f32) -> f32 {
 fn settle(view: View, shadows: &mut Shadows, blocked: &mut Vec<bool>, colors: &mut [Vec3], worker: &mut Worker) {
     let Shadows { rays, targets, gains } = shadows;
     worker.counters.shadow_rays += rays.len() as u64;
+    if let Some(boxes) = view.boxes {
+        rays.iter().for_each(|ray| worker.footprint.add(boxes, ray, ray.t_max));
+    }
     let mut hits = 0;
     if view.settings.transparent_shadows {
         for ((ray, target), (sample, gain)) in rays.iter().zip(&*targets).zip(&*gains) {

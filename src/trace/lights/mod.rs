@@ -31,6 +31,8 @@ pub struct Light {
     pub inverse_square: bool,
     /// Whether camera rays see it.
     pub visible: bool,
+    /// The pass that its light is added up in; 0 is that of all that has none of its own.
+    pub pass: u32,
 }
 
 /// Light that reaches a point, if nothing stands in its way.

@@ -198,16 +198,23 @@ impl Lights {
         self.sky.as_ref().map_or(0.0, |(sky, chance)| chance * sky.pdf(direction))
     }
 
-    /// Every lamp that a ray crosses before it ends: radiance, distance, and density of [`Self::sample`].
+    /// The pass of a light by its number.
     #[inline]
-    pub fn crossed(&self, ray: &Ray, camera: bool, mut found: impl FnMut(Vec3, f32, f32)) {
+    pub fn pass(&self, light: u32) -> u32 {
+        self.lamps.get(light as usize).map_or(0, |lamp| lamp.pass)
+    }
+
+    /// Every lamp that a ray crosses before it ends: radiance, distance, density of [`Self::sample`], and its pass.
+    #[inline]
+    pub fn crossed(&self, ray: &Ray, camera: bool, mut found: impl FnMut(Vec3, f32, f32, u32)) {
         for i in &self.surfaces {
             let lamp = &self.lamps[*i as usize];
             if camera && !lamp.visible {
                 continue;
             }
             if let Some(t) = lamp.crossing(ray) {
-                found(lamp.radiance(), t, self.asked.chance(*i as usize) * self.earthly() * lamp.pdf(ray.direction, t));
+                let asked = self.asked.chance(*i as usize) * self.earthly() * lamp.pdf(ray.direction, t);
+                found(lamp.radiance(), t, asked, lamp.pass);
             }
         }
     }

@@ -10,7 +10,7 @@ use crate::trace::{Accelerator, Geometry, Sides, Tag, Worker};
 fn lamp(edges: [Vec3; 2], color: f32) -> Light {
     let normal = edges[0].cross(edges[1]).normalize_or_zero();
     let center = Vec3::new(0.0, 2.0, 0.0);
-    Light { center, edges, normal, color: Vec3::splat(color), inverse_square: true, visible: false }
+    Light { center, edges, normal, color: Vec3::splat(color), inverse_square: true, visible: false, pass: 0 }
 }
 
 fn shining(radiance: f64) -> Vec<Surfacing> {
@@ -99,7 +99,7 @@ fn rays_that_meet_a_light_know_its_density() {
         let Some(light) = lights.sample(Vec3::ZERO, pick, u) else { continue };
         if light.light == 0 {
             let mut found = 0.0;
-            lights.crossed(&Ray::new(Vec3::ZERO, light.direction), false, |_, _, pdf| found = pdf);
+            lights.crossed(&Ray::new(Vec3::ZERO, light.direction), false, |_, _, pdf, _| found = pdf);
             assert!((found / light.pdf - 1.0).abs() < 1e-3, "{found} {}", light.pdf);
             met[0] += 1;
             continue;
