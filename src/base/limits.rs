@@ -48,6 +48,10 @@ pub const SAMPLES: u32 = 65_536;
 pub const SHADOW_SAMPLES: u32 = 4_096;
 /// Moments of a frame with an open shutter: each is evaluated, placed and built; motion that needs more is a smear.
 pub const SHUTTER_SLICES: u32 = 1_024;
+/// Photons of one pass: a second of emission and half a minute of tracing.
+pub const PHOTONS: u32 = 4_000_000;
+/// Photons that one pass may lay down, 52 bytes each; where many are sent, each comes to rest less often.
+pub const PHOTONS_AT_REST: u32 = 20_000_000;
 /// Ray generations: each may branch in two, so the tree is bounded by 2^depth.
 pub const RAY_DEPTH: u32 = 64;
 /// Stops of exposure either way: beyond them everything is black or white.

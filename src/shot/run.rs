@@ -179,7 +179,8 @@ fn expose(
     let frames = run[index].iter().map(|planned| (planned.making(&shot.source), planned.file.clone())).collect();
     let group = planned.group.as_deref();
     let outline = planned.outline.as_ref().ok();
-    let factors = group.zip(outline).map(|(group, outline)| group.factors(&shot.input.rest, outline)).unwrap_or_default();
+    let factors =
+        group.zip(outline).map(|(group, outline)| group.factors(&shot.input.rest, outline)).unwrap_or_default();
     if let Some((film, render, stats)) = group.and_then(|group| keeper.sum(group, &factors)) {
         check_assets(shot)?;
         return Ok(Some(Exposed { frames, film, render, stats, start }));

@@ -16,7 +16,7 @@ use crate::film::{Film, FilterTable, Gather, Tally, denoise};
 use crate::load::image;
 use crate::trace::environment::{Environment, Source};
 use crate::trace::footprint::Footprint;
-use crate::trace::integrator::{self, Settings, Share, View};
+use crate::trace::integrator::{self, Photons, Radii, Settings, Share, View};
 use crate::trace::lights::Lights;
 use crate::trace::{Accelerator, Counters, Worker};
 
@@ -54,6 +54,8 @@ pub struct Exposure {
     pub passes: Passes,
     /// What is kept from picture to picture, and which of them this one is.
     pub still: Option<(Still, usize)>,
+    /// Of searches for photons, once the first pass has found them.
+    radii: Option<Radii>,
 }
 
 /// What a frame's first share lays down for all of them.
@@ -161,13 +163,14 @@ pub fn expose(
         camera = camera.pinhole();
     }
     let mut environment = surround(stage, &settings)?;
-    if let Some(environment) = environment.as_mut().filter(|_| resolved.integrator == Integrator::Path) {
+    if let Some(environment) = environment.as_mut().filter(|_| resolved.follows_paths()) {
         environment.prepare();
     }
     let skins = skins::skins(stage)?;
     let materials = extract::materials(stage);
     let geometry = &stage.kept.geometry;
-    let lights = Lights::new(lights::lights(stage, &exposure.passes), geometry, &materials).under(environment.as_ref(), geometry);
+    let lights = Lights::new(lights::lights(stage, &exposure.passes), geometry, &materials)
+        .under(environment.as_ref(), geometry);
     let Some((_, accelerator)) = &stage.kept.accelerator else { return Ok(false) };
     let filter = FilterTable::new(settings.filter, settings.filter_width());
     let view = View {
@@ -183,17 +186,35 @@ pub fn expose(
         width: settings.size[0],
         passes: exposure.passes.count(),
         boxes: None,
+        photons: None,
     };
     let built = Instant::now();
-    let plate = exposure.plate.get_or_insert_with(|| Plate::new(&settings, &filter, view.passes));
-    let stats = &mut exposure.stats;
-    let counters = match &mut exposure.still {
-        None => tiles(view, share, plate, None, cancel, progress).map(|(counters, _)| counters),
-        Some((still, picture)) => stale_tiles(view, plate, still, *picture, stats, cancel, progress),
-    };
-    let Some(counters) = counters else { return Ok(false) };
+    let Exposure { plate, stats, still, radii, .. } = exposure;
+    let plate = plate.get_or_insert_with(|| Plate::new(&settings, &filter, view.passes));
+    let maps = settings.photon_maps(share.of);
+    for map in 0..maps {
+        let share = Share { index: share.index * maps + map, of: share.of * maps };
+        let photons = match settings.integrator {
+            Integrator::Photon => {
+                let first = radii.or(settings.photon_radius.map(Radii::new));
+                let Some((photons, counters)) = Photons::new(view, share.index, first, cancel) else {
+                    return Ok(false);
+                };
+                stats.counters += counters;
+                *radii = Some(photons.radii());
+                Some(photons)
+            }
+            Integrator::Whitted | Integrator::Distribution | Integrator::Path => None,
+        };
+        let view = View { photons: photons.as_ref(), ..view };
+        let counters = match still {
+            None => tiles(view, share, plate, None, cancel, progress).map(|(counters, _)| counters),
+            Some((still, picture)) => stale_tiles(view, plate, still, *picture, stats, cancel, progress),
+        };
+        let Some(counters) = counters else { return Ok(false) };
+        stats.counters += counters;
+    }
     stats.tiles = plate.tallies.len() / plate.passes;
-    stats.counters += counters;
     stats.accel = accelerator.name();
     stats.build_seconds += (built - start).as_secs_f64();
     stats.render_seconds += built.elapsed().as_secs_f64();
