@@ -193,8 +193,8 @@ impl Render {
         whole("min_samples", self.min_samples.into(), 4, limits::SAMPLES.into())
     }
 
-    /// Passes of photons, each with a map of its own, for each of so many moments.
-    pub fn photon_maps(&self, moments: u32) -> u32 {
+    /// Turns that the samples of each of so many moments are taken in: with other photons each.
+    pub fn turns(&self, moments: u32) -> u32 {
         match self.integrator {
             Integrator::Photon => (self.photon_passes.min(self.strata() * self.strata()) / moments).max(1),
             Integrator::Whitted | Integrator::Distribution | Integrator::Path => 1,

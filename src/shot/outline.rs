@@ -376,7 +376,7 @@ fn is_still(camera: &Camera, render: &Render) -> bool {
 fn is_local(integrator: Integrator) -> bool {
     match integrator {
         Integrator::Whitted | Integrator::Distribution | Integrator::Path => true,
-        // What photons find out is smeared over their neighbourhood.
+        // Photons come from everywhere.
         Integrator::Photon => false,
     }
 }

@@ -50,12 +50,12 @@ pub struct FrameStats {
 pub struct Exposure {
     plate: Option<Plate>,
     stats: FrameStats,
+    /// Of searches for photons, once the first pass has found them.
+    radii: Option<Radii>,
     /// The passes that lights are divided into.
     pub passes: Passes,
     /// What is kept from picture to picture, and which of them this one is.
     pub still: Option<(Still, usize)>,
-    /// Of searches for photons, once the first pass has found them.
-    radii: Option<Radii>,
 }
 
 /// What a frame's first share lays down for all of them.
@@ -189,22 +189,19 @@ pub fn expose(
         photons: None,
     };
     let built = Instant::now();
-    let Exposure { plate, stats, still, radii, .. } = exposure;
+    let Exposure { plate, stats, radii, still, .. } = exposure;
     let plate = plate.get_or_insert_with(|| Plate::new(&settings, &filter, view.passes));
-    let maps = settings.photon_maps(share.of);
-    for map in 0..maps {
-        let share = Share { index: share.index * maps + map, of: share.of * maps };
-        let photons = match settings.integrator {
-            Integrator::Photon => {
-                let first = radii.or(settings.photon_radius.map(Radii::new));
-                let Some((photons, counters)) = Photons::new(view, share.index, first, cancel) else {
-                    return Ok(false);
-                };
-                stats.counters += counters;
-                *radii = Some(photons.radii());
-                Some(photons)
-            }
-            Integrator::Whitted | Integrator::Distribution | Integrator::Path => None,
+    let turns = settings.turns(share.of);
+    for turn in 0..turns {
+        let share = Share { index: share.index * turns + turn, of: share.of * turns };
+        let photons = if settings.integrator == Integrator::Photon {
+            let first = radii.or(settings.photon_radius.map(Radii::new));
+            let Some((photons, counters)) = Photons::new(view, share.index, first, cancel) else { return Ok(false) };
+            stats.counters += counters;
+            *radii = Some(photons.radii());
+            Some(photons)
+        } else {
+            None
         };
         let view = View { photons: photons.as_ref(), ..view };
         let counters = match still {

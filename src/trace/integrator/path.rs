@@ -82,7 +82,7 @@ pub fn ask(view: View, lights: &Lights, met: &Encounter, seen: &Seen, shadows: &
     let value = value * surface.terminator(light.direction);
     let ray = Ray { origin: surface.leave(light.direction), direction: light.direction, t_max: light.distance };
     let bin = light.light as usize % shadows.len();
-    let sample = place(errand.sample, view.lights.pass(light.light));
+    let sample = place(errand.sample, lights.pass(light.light));
     shadows[bin].push(view, ray, light.target, sample, errand.weight * (value * light.gain * share));
 }
 
