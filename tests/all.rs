@@ -16,6 +16,8 @@ mod light;
 mod motion;
 #[path = "all/oracles.rs"]
 mod oracles;
+#[path = "all/reuse.rs"]
+mod reuse;
 #[path = "all/sequence.rs"]
 mod sequence;
 #[path = "all/textures.rs"]

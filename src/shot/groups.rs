@@ -102,7 +102,8 @@ mod tests {
 
     #[test]
     fn units_are_powers_of_two_that_hold_the_brightest() {
-        for (brightest, unit) in [(1.0, 1.0), (0.9, 1.0), (0.5, 0.5), (6.0, 8.0), (1e-3, 1.0 / 512.0), (700.0, 1024.0)] {
+        for (brightest, unit) in [(1.0, 1.0), (0.9, 1.0), (0.5, 0.5), (6.0, 8.0), (1e-3, 1.0 / 512.0), (700.0, 1024.0)]
+        {
             assert_eq!(power_of_two_above(brightest), unit, "{brightest}");
         }
     }

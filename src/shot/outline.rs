@@ -251,7 +251,14 @@ impl Rest {
         parts[Part::Settings as usize] = self.record(render, |field| !INVISIBLE.contains(&field));
         let is_sum = is_sum(camera, render);
         let lamps = if is_sum { self.lamps(&touched) } else { Vec::new() };
-        Outline { parts, lamps, is_sum, is_still: is_still(camera, render), size: render.size, cost: cost(render, tally) }
+        Outline {
+            parts,
+            lamps,
+            is_sum,
+            is_still: is_still(camera, render),
+            size: render.size,
+            cost: cost(render, tally),
+        }
     }
 
     fn lamps(&self, touched: &Touched) -> Vec<Lamp> {

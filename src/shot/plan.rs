@@ -77,7 +77,8 @@ pub fn make(shot: &mut Shot, wanted: &[u32], target: Target) -> Result<Plan, Dia
     for (frame, outline) in wanted.iter().zip(outlines) {
         let now = outline.as_ref().ok().cloned();
         let changes = now.as_ref().zip(before.as_ref()).map(|(now, before): (&Outline, &Outline)| now.changes(before));
-        let group = now.as_ref().filter(|now| now.is_sum).and_then(|now| groups.get(&now.hash_without_colors())).cloned();
+        let group =
+            now.as_ref().filter(|now| now.is_sum).and_then(|now| groups.get(&now.hash_without_colors())).cloned();
         let hash = now.as_ref().map(|now| group.as_ref().map_or_else(|| now.hash(), |group| group.hash_of(now)));
         let hash = hash.unwrap_or_default();
         before = now;

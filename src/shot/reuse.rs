@@ -59,9 +59,16 @@ impl Keeper {
     /// A frame of a group whose passes are kept.
     pub fn sum(&self, group: &Group, factors: &[Vec3]) -> Option<(Film, Render, FrameStats)> {
         let passes = self.passes.as_ref().filter(|passes| passes.hash == group.hash)?;
-        let film = systems::sum_of(&passes.films, factors)?;
+        let (first, others) = passes.films.split_first()?;
+        let film = systems::sum_of(first, others, factors);
         let (count, seed) = (passes.films.len(), passes.seed);
-        let stats = FrameStats { seed, passes: count, passes_kept: count, reuse_bytes: passes.bytes(), ..FrameStats::default() };
+        let stats = FrameStats {
+            seed,
+            passes: count,
+            passes_kept: count,
+            reuse_bytes: passes.bytes(),
+            ..FrameStats::default()
+        };
         Some((film, passes.render.clone(), stats))
     }
 
@@ -127,9 +134,8 @@ const PIXEL_BYTES: u64 = 64;
 fn look_ahead(shot: &mut Shot, run: &[Vec<&Planned>], index: usize, memory: u64) -> (Option<Window>, usize) {
     let outline = |at: usize| run[at][0].outline.as_ref().ok();
     let Some(base) = outline(index) else { return (None, index + 1) };
-    let alike = |at: &usize| {
-        run[*at][0].group.is_none() && outline(*at).is_some_and(|other| other.stands_still_with(base))
-    };
+    let alike =
+        |at: &usize| run[*at][0].group.is_none() && outline(*at).is_some_and(|other| other.stands_still_with(base));
     let most = run.len().min(index + limits::STILL_FRAMES);
     let mut end = (index..most).take_while(alike).last().map_or(index + 1, |last| last + 1);
     let [width, height] = base.size.map(u64::from);
@@ -169,9 +175,10 @@ fn bodies_in(input: &Input, stage: &mut Stage, frames: &[u32]) -> Option<Vec<Vec
         moved.push(found?);
     }
     let all: BTreeSet<usize> = moved.iter().flat_map(BTreeMap::keys).copied().collect();
+    // Taking edits back leaves placements to whoever asks next.
+    systems::place(stage).ok()?;
     let at_rest: BTreeMap<usize, Body> = all.iter().map(|i| (*i, systems::body(stage, *i))).collect();
-    let in_frame = |moved: &BTreeMap<usize, Body>| {
-        all.iter().map(|i| moved.get(i).unwrap_or(&at_rest[i]).clone()).collect()
-    };
+    let in_frame =
+        |moved: &BTreeMap<usize, Body>| all.iter().map(|i| moved.get(i).unwrap_or(&at_rest[i]).clone()).collect();
     Some(moved.iter().map(in_frame).collect())
 }

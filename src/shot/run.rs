@@ -179,7 +179,8 @@ fn expose(
     let frames = run[index].iter().map(|planned| (planned.making(&shot.source), planned.file.clone())).collect();
     let group = planned.group.as_deref();
     let outline = planned.outline.as_ref().ok();
-    let factors = group.zip(outline).map(|(group, outline)| group.factors(&shot.input.rest, outline)).unwrap_or_default();
+    let factors =
+        group.zip(outline).map(|(group, outline)| group.factors(&shot.input.rest, outline)).unwrap_or_default();
     if let Some((film, render, stats)) = group.and_then(|group| keeper.sum(group, &factors)) {
         check_assets(shot)?;
         return Ok(Some(Exposed { frames, film, render, stats, start }));
@@ -206,11 +207,13 @@ fn expose(
     if group.is_none() {
         keeper.take_back(&mut exposure, index);
     }
-    let Some((films, stats)) = exposure.develop() else { return Ok(None) };
-    let Some(film) = systems::sum_of(&films, &factors) else { return Ok(None) };
-    if let Some(group) = group {
-        keeper.keep_passes(group, films, &render, stats.seed, &run[index + 1..]);
-    }
+    let Some((mut films, stats)) = exposure.develop() else { return Ok(None) };
+    let Some(group) = group else {
+        return Ok(films.pop().map(|film| Exposed { frames, film, render, stats, start }));
+    };
+    let Some((first, others)) = films.split_first() else { return Ok(None) };
+    let film = systems::sum_of(first, others, &factors);
+    keeper.keep_passes(group, films, &render, stats.seed, &run[index + 1..]);
     Ok(Some(Exposed { frames, film, render, stats, start }))
 }
 

@@ -106,7 +106,9 @@ pub fn affected(stage: &Stage, edits: &[Edit]) -> Option<BTreeSet<usize>> {
     let mut materials = BTreeSet::new();
     for edit in edits {
         match edit {
-            Edit::Put { entity, .. } | Edit::Take { entity, .. } | Edit::Despawn { entity } => drop(found.insert(*entity)),
+            Edit::Put { entity, .. } | Edit::Take { entity, .. } | Edit::Despawn { entity } => {
+                found.insert(*entity);
+            }
             Edit::Material { index, .. } => drop(materials.insert(*index)),
             // The numbers of materials are part of a picture's layers.
             Edit::AddMaterial { .. } => return None,

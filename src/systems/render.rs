@@ -90,15 +90,14 @@ fn gather_of(gather: Gather, pass: usize) -> Gather {
 }
 
 /// The picture that passes add up to, each but the first by its factor, in their order.
-pub fn sum_of(films: &[Film], factors: &[Vec3]) -> Option<Film> {
-    let (first, others) = films.split_first()?;
+pub fn sum_of(first: &Film, others: &[Film], factors: &[Vec3]) -> Film {
     let mut film = first.clone();
     for (other, factor) in others.iter().zip(factors) {
         for (sum, color) in film.pixels.iter_mut().zip(&other.pixels) {
             *sum = (Vec3::from(*sum) + Vec3::from(*color) * *factor).to_array();
         }
     }
-    Some(film)
+    film
 }
 
 impl Plate {
@@ -167,7 +166,8 @@ pub fn expose(
     let skins = skins::skins(stage)?;
     let materials = extract::materials(stage);
     let geometry = &stage.kept.geometry;
-    let lights = Lights::new(lights::lights(stage, &exposure.passes), geometry, &materials).under(environment.as_ref(), geometry);
+    let lights = Lights::new(lights::lights(stage, &exposure.passes), geometry, &materials)
+        .under(environment.as_ref(), geometry);
     let Some((_, accelerator)) = &stage.kept.accelerator else { return Ok(false) };
     let filter = FilterTable::new(settings.filter, settings.filter_width());
     let view = View {
