@@ -16,9 +16,9 @@
 //! | [`systems`] | plain functions over the hecs World: spawn animate hierarchy lights extract accelerate render |
 //! | [`script`] | Rhai engine and API; time, easing, keyframes; emits edits as data |
 //! | [`load`] | RON, NFF, P3F, OBJ, PLY, images -> one resolved scene, with diagnostics; scenes -> RON |
-//! | [`output`] | PNG with metadata, frame names, atomic writes |
+//! | [`output`] | PNG and EXR with metadata, frame names, atomic writes |
 //! | [`trace`] | the kernel: columns of primitives, tree, grid and brute force, SIMD, materials, lights, integrators, samplers |
-//! | [`film`] | pixels: accumulate, tone, encode |
+//! | [`film`] | linear pixels and layers: accumulate, filter, denoise, expose and tone map |
 //! | [`components`] | what an entity can carry; the scene and its edits as plain data |
 //! | [`base`] | exact mathematics, random numbers, colour, limits, diagnostics |
 //!

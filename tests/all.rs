@@ -16,6 +16,8 @@ mod light;
 mod motion;
 #[path = "all/oracles.rs"]
 mod oracles;
+#[path = "all/photon.rs"]
+mod photon;
 #[path = "all/reuse.rs"]
 mod reuse;
 #[path = "all/sequence.rs"]

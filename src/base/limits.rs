@@ -48,6 +48,10 @@ pub const SAMPLES: u32 = 65_536;
 pub const SHADOW_SAMPLES: u32 = 4_096;
 /// Moments of a frame with an open shutter: each is evaluated, placed and built; motion that needs more is a smear.
 pub const SHUTTER_SLICES: u32 = 1_024;
+/// Photons of one pass: a second of emission and half a minute of tracing.
+pub const PHOTONS: u32 = 4_000_000;
+/// Photons that one pass may lay down, 52 bytes each; where many are sent, each comes to rest less often.
+pub const PHOTONS_AT_REST: u32 = 20_000_000;
 /// Ray generations: each may branch in two, so the tree is bounded by 2^depth.
 pub const RAY_DEPTH: u32 = 64;
 /// Stops of exposure either way: beyond them everything is black or white.
@@ -81,6 +85,11 @@ pub const TEXT_BYTES: usize = 4_096;
 pub const GRID_CELLS: u64 = 1 << 27;
 /// Cells along one axis of the uniform grid: the walk's cost grows with it.
 pub const GRID_SIDE: u32 = 1_024;
+/// Cells of the uniform grid that a primitive is listed in, on average: small ones touch two or three, and where large
+/// ones stand among them the grid is made coarser rather than its lists longer.
+pub const GRID_LISTED: u64 = 8;
+/// The same for a grid inside of a cell: together at most 32 copies of a primitive, about a kilobyte.
+pub const GRID_LISTED_INSIDE: u64 = 4;
 
 /// Operations of one script function call (`setup` or one `frame`): about half a second of interpretation.
 pub const SCRIPT_OPERATIONS: u64 = 10_000_000;

@@ -41,7 +41,7 @@ pub struct FrameArguments {
     /// Side of the squares that point lights are widened to, over the scene's; gives soft shadows
     #[arg(long, value_name = "LENGTH")]
     light_size: Option<f64>,
-    /// whitted, distribution or path
+    /// whitted, distribution, path or photon
     #[arg(long, value_name = "NAME", value_parser = |s: &str| Integrator::parse(s).ok_or_else(|| choices(Integrator::NAMES)))]
     integrator: Option<Integrator>,
     /// auto, bvh, grid or brute; the pictures do not depend on it
@@ -264,6 +264,7 @@ fn stats(report: &Report) -> serde_json::Value {
         "reflection_rays": c.reflection_rays,
         "refraction_rays": c.refraction_rays,
         "diffuse_rays": c.diffuse_rays,
+        "photon_rays": c.photon_rays,
         "intersection_tests": c.intersection_tests,
         "steps": c.steps,
         "accel": s.accel,

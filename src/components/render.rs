@@ -17,6 +17,9 @@ choice! {
         Distribution,
         /// Kajiya (SIGGRAPH 1986): light that bounces between diffuse surfaces too, one way at a time.
         Path,
+        /// Photon mapping (Jensen 1996) in passes (Knaus and Zwicker 2011): light from lamps through glass and off mirrors
+        /// too, onto what paths from the eye meet. Noise and blur vanish with passes.
+        Photon,
     }
 }
 
@@ -94,14 +97,14 @@ record! {
         /// Side of the square, in the world's xy directions, that point lights are widened to for soft shadows.
         pub light_size: f64 = 0.0,
         /// Whether transparent surfaces let light through to what they shade, dimmed by `transmission` at each; they
-        /// block it otherwise, as in the ancestors.
+        /// block it otherwise, as in the ancestors. Not so with `Photon`: photons go through glass by themselves.
         pub transparent_shadows: bool = false,
         pub fresnel: Fresnel = Fresnel::Exact,
         /// Seed of all sampling; follows from the camera's pose when not given.
         pub seed: Option<u64> = None,
         pub accel: Accel = Accel::Auto,
-        /// Cells of the grid per primitive: the density of Woo's resolution rule.
-        pub grid_density: f64 = 2.0,
+        /// Cells of the grid per primitive: the density of Woo's resolution rule. Blocks of eight want coarse cells.
+        pub grid_density: f64 = 1.0,
         /// Bits per channel of the picture file: 8 or 16 of a PNG, 32 for floats instead of halves in an EXR.
         pub bit_depth: u32 = 8,
         pub transfer: Transfer = Transfer::Srgb,
@@ -137,6 +140,15 @@ record! {
         /// of every pixel's samples; never more than samples. One moment is the middle of the shutter. Where there are
         /// more, no pixel stops early at a `noise_threshold`.
         pub shutter_slices: u32 = 16,
+
+        /// Photons that each pass of `Photon` sends out.
+        pub photons: u32 = 200_000,
+        /// Passes of `Photon`, each for its share of every pixel's samples, never more than samples; at least one for
+        /// each moment of an open shutter. No pixel stops early at a `noise_threshold` where there are more than one.
+        pub photon_passes: u32 = 16,
+        /// How far around a point the first pass of `Photon` looks for photons, world units; follows from how densely
+        /// they lie when not given. Later passes look less far.
+        pub photon_radius: Option<f64> = None,
     }
 }
 
@@ -181,6 +193,14 @@ impl Render {
         whole("min_samples", self.min_samples.into(), 4, limits::SAMPLES.into())
     }
 
+    /// Turns that the samples of each of so many moments are taken in: with other photons each.
+    pub fn turns(&self, moments: u32) -> u32 {
+        match self.integrator {
+            Integrator::Photon => (self.photon_passes.min(self.strata() * self.strata()) / moments).max(1),
+            Integrator::Whitted | Integrator::Distribution | Integrator::Path => 1,
+        }
+    }
+
     /// Moments of a frame whose shutter is open. A Whitted picture is one moment, as it is one point of the lens.
     pub fn moments(&self) -> u32 {
         match self.integrator {
@@ -206,6 +226,11 @@ impl Check for Render {
         whole("shadow_samples", self.shadow_samples.into(), 1, limits::SHADOW_SAMPLES.into())?;
         at_least("light_size", self.light_size, 0.0)?;
         whole("shutter_slices", self.shutter_slices.into(), 1, limits::SHUTTER_SLICES.into())?;
+        whole("photons", self.photons.into(), 1, limits::PHOTONS.into())?;
+        whole("photon_passes", self.photon_passes.into(), 1, limits::SAMPLES.into())?;
+        if let Some(radius) = self.photon_radius {
+            above("photon_radius", radius, 0.0)?;
+        }
         between("grid_density", self.grid_density, 1e-3, 1e3)?;
         if ![8, 16, 32].contains(&self.bit_depth) {
             let message = format!("`bit_depth` must be 8, 16 or 32, not {}", self.bit_depth);

@@ -376,6 +376,8 @@ fn is_still(camera: &Camera, render: &Render) -> bool {
 fn is_local(integrator: Integrator) -> bool {
     match integrator {
         Integrator::Whitted | Integrator::Distribution | Integrator::Path => true,
+        // Photons come from everywhere.
+        Integrator::Photon => false,
     }
 }
 
@@ -417,7 +419,7 @@ fn cost(render: &Render, tally: Tally) -> f64 {
     let [width, height] = render.size.map(f64::from);
     let strata = f64::from(render.strata());
     let chain = match render.integrator {
-        Integrator::Path => f64::from(render.max_depth.min(6)),
+        Integrator::Path | Integrator::Photon => f64::from(render.max_depth.min(6)),
         _ => f64::from(render.max_depth.min(2)),
     };
     let rays = width * height * strata * strata * chain * (1.0 + tally.lights.max(0) as f64);

@@ -47,14 +47,15 @@ fn flip(before: &Value, set: Set) -> bool {
     values.extend([2, 3, 4].map(|n| list(&Value::Int(5), n)));
     values.push(list(&list(&Value::Int(0), 3), 1));
     values.extend([1, 3].map(|n| list(&list(&Value::Number(0.375), 2), n)));
-    let other = Value::Text("other".into());
-    for (guess, many) in [(other.clone(), false), (list(&other, 1), true)] {
-        match set(&guess) {
-            // A choice names its words.
+    values.push(list(&list(&Value::Int(5), 2), 3));
+    // A choice names its words, and so does a list of choices.
+    let word = Value::Text("other".into());
+    for (listed, tried) in [(false, word.clone()), (true, list(&word, 1))] {
+        match set(&tried) {
             Err(FieldError::Mismatch(m)) if m.message.starts_with("expected one of ") => {
                 let words = m.message["expected one of ".len()..].split(", ").filter(|word| !word.contains(' '));
                 let words = words.map(|word| Value::Text(word.into()));
-                values.extend(words.map(|word| if many { list(&word, 1) } else { word }));
+                values.extend(words.map(|word| if listed { list(&word, 1) } else { word }));
             }
             Ok(now) if now != *before => return true,
             _ => {}

@@ -16,7 +16,7 @@ use crate::film::{Film, FilterTable, Gather, Tally, denoise};
 use crate::load::image;
 use crate::trace::environment::{Environment, Source};
 use crate::trace::footprint::Footprint;
-use crate::trace::integrator::{self, Settings, Share, View};
+use crate::trace::integrator::{self, Photons, Radii, Settings, Share, View};
 use crate::trace::lights::Lights;
 use crate::trace::{Accelerator, Counters, Worker};
 
@@ -50,6 +50,8 @@ pub struct FrameStats {
 pub struct Exposure {
     plate: Option<Plate>,
     stats: FrameStats,
+    /// Of searches for photons, once the first pass has found them.
+    radii: Option<Radii>,
     /// The passes that lights are divided into.
     pub passes: Passes,
     /// What is kept from picture to picture, and which of them this one is.
@@ -160,7 +162,7 @@ pub fn expose(
         camera = camera.pinhole();
     }
     let mut environment = surround(stage, &settings)?;
-    if let Some(environment) = environment.as_mut().filter(|_| resolved.integrator == Integrator::Path) {
+    if let Some(environment) = environment.as_mut().filter(|_| resolved.follows_paths()) {
         environment.prepare();
     }
     let skins = skins::skins(stage)?;
@@ -183,17 +185,32 @@ pub fn expose(
         width: settings.size[0],
         passes: exposure.passes.count(),
         boxes: None,
+        photons: None,
     };
     let built = Instant::now();
-    let plate = exposure.plate.get_or_insert_with(|| Plate::new(&settings, &filter, view.passes));
-    let stats = &mut exposure.stats;
-    let counters = match &mut exposure.still {
-        None => tiles(view, share, plate, None, cancel, progress).map(|(counters, _)| counters),
-        Some((still, picture)) => stale_tiles(view, plate, still, *picture, stats, cancel, progress),
-    };
-    let Some(counters) = counters else { return Ok(false) };
+    let Exposure { plate, stats, radii, still, .. } = exposure;
+    let plate = plate.get_or_insert_with(|| Plate::new(&settings, &filter, view.passes));
+    let turns = settings.turns(share.of);
+    for turn in 0..turns {
+        let share = Share { index: share.index * turns + turn, of: share.of * turns };
+        let photons = if settings.integrator == Integrator::Photon {
+            let first = radii.or(settings.photon_radius.map(Radii::new));
+            let Some((photons, counters)) = Photons::new(view, share.index, first, cancel) else { return Ok(false) };
+            stats.counters += counters;
+            *radii = Some(photons.radii());
+            Some(photons)
+        } else {
+            None
+        };
+        let view = View { photons: photons.as_ref(), ..view };
+        let counters = match still {
+            None => tiles(view, share, plate, None, cancel, progress).map(|(counters, _)| counters),
+            Some((still, picture)) => stale_tiles(view, plate, still, *picture, stats, cancel, progress),
+        };
+        let Some(counters) = counters else { return Ok(false) };
+        stats.counters += counters;
+    }
     stats.tiles = plate.tallies.len() / plate.passes;
-    stats.counters += counters;
     stats.accel = accelerator.name();
     stats.build_seconds += (built - start).as_secs_f64();
     stats.render_seconds += built.elapsed().as_secs_f64();

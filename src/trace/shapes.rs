@@ -1,10 +1,10 @@
 //! Ray against one shape, in `f32`.
 //!
-//! Every function gives distances, and which of them enter; what is hidden or behind is the caller's matter. Sphere,
-//! triangle and box are written over [`Lanes`]: the eight primitives of a leaf are tested by the same code as a single
-//! one, to the same bits. Forms are chosen for what they do to rounding: the sphere by Hearn and Baker (Ray Tracing
-//! Gems, chapter 7), the triangle by Woop, Benthin and Wald (Watertight Ray/Triangle Intersection, JCGT 2013): edge
-//! functions whose signs are exactly opposite along a shared edge, so that no ray slips between two triangles.
+//! Every function gives distances, and which of them enter; what is hidden or behind is the caller's matter. All but
+//! the plane are written over [`Lanes`]: the eight primitives of a leaf are tested by the same code as a single one, to
+//! the same bits. Forms are chosen for what they do to rounding: the sphere by Hearn and Baker (Ray Tracing Gems,
+//! chapter 7), the triangle by Woop, Benthin and Wald (Watertight Ray/Triangle Intersection, JCGT 2013): edge functions
+//! whose signs are exactly opposite along a shared edge, so that no ray slips between two triangles.
 
 use glam::Vec3;
 
@@ -256,45 +256,88 @@ impl Frustum {
     /// Every crossing at a distance above 0: distance, whether it enters, and the part. Unordered, at most four.
     #[inline]
     pub fn crossings(&self, probe: &Probe, mut found: impl FnMut(f32, bool, Part)) {
-        let d = probe.direction;
-        let from_base = probe.origin - self.base;
-        // Solve from the point of the line nearest to the base: precise however far the origin is.
-        let shift = -from_base.dot(d);
-        let o = from_base + d * shift;
-        let (oz, dz) = (o.dot(self.axis), d.dot(self.axis));
-        let (op, dp) = (o - self.axis * oz, d - self.axis * dz);
-        let (ro, rd) = (self.radius_at(oz), self.slope * dz);
-        let a = dp.dot(dp) - rd * rd;
-        let b = op.dot(dp) - ro * rd;
-        let c = op.dot(op) - ro * ro;
-        let mut side = |s: f32| {
-            let (z, t) = (oz + dz * s, s + shift);
-            if (0.0..=self.height).contains(&z) && ro + rd * s >= 0.0 && t > 0.0 {
-                found(t, a * s + b < 0.0, Part::Side);
-            }
-        };
-        let discriminant = b * b - a * c;
-        if discriminant >= 0.0 {
-            let root = discriminant.sqrt();
-            let q = if b > 0.0 { -b - root } else { root - b };
-            if a != 0.0 {
-                side(q / a);
-            }
-            if q != 0.0 {
-                side(c / q);
-            }
-        }
-        if !self.capped || dz == 0.0 {
-            return;
-        }
-        for (part, z, enters) in [(Part::Base, 0.0, dz > 0.0), (Part::Apex, self.height, dz < 0.0)] {
-            let s = (z - oz) / dz;
-            let radius = self.radius_at(z) * RIM;
-            if s + shift > 0.0 && (op + dp * s).length_squared() <= radius * radius {
-                found(s + shift, enters, part);
+        for (crossing, part) in frustum::<f32>(&probe.beam(), &self.columns()).into_iter().zip(PARTS) {
+            if crossing.met {
+                found(crossing.t, crossing.enters, part);
             }
         }
     }
+
+    #[inline]
+    fn columns(&self) -> Frusta<f32> {
+        Frusta {
+            base: V3::splat(self.base),
+            axis: V3::splat(self.axis),
+            height: self.height,
+            base_radius: self.base_radius,
+            slope: self.slope,
+            capped: f32::from(u8::from(self.capped)),
+        }
+    }
+}
+
+/// Frusta side by side.
+#[derive(Clone, Copy, Debug)]
+pub struct Frusta<L> {
+    pub base: V3<L>,
+    pub axis: V3<L>,
+    pub height: L,
+    pub base_radius: L,
+    pub slope: L,
+    /// 1 or 0.
+    pub capped: L,
+}
+
+/// Where lines may cross frusta.
+#[derive(Clone, Copy)]
+pub struct Crossing<L: Lanes> {
+    pub t: L,
+    pub enters: L::Mask,
+    /// Whether they do, at a distance above 0.
+    pub met: L::Mask,
+}
+
+/// What each of the four crossings of [`frustum`] lies on.
+pub const PARTS: [Part; 4] = [Part::Side, Part::Side, Part::Base, Part::Apex];
+
+/// Where lines cross the sides and the caps of frusta.
+#[inline(always)]
+pub fn frustum<L: Lanes>(ray: &Beam<L>, cone: &Frusta<L>) -> [Crossing<L>; 4] {
+    let zero = L::splat(0.0);
+    let d = ray.direction;
+    let from_base = ray.origin - cone.base;
+    // Solve from the point of the line nearest to the base: precise however far the origin is.
+    let shift = zero - from_base.dot(d);
+    let o = from_base + d.scale(shift);
+    let (oz, dz) = (o.dot(cone.axis), d.dot(cone.axis));
+    let (op, dp) = (o - cone.axis.scale(oz), d - cone.axis.scale(dz));
+    let (ro, rd) = (cone.base_radius + cone.slope * oz, cone.slope * dz);
+    let a = dp.dot(dp) - rd * rd;
+    let b = op.dot(dp) - ro * rd;
+    let c = op.dot(op) - ro * ro;
+    let discriminant = b * b - a * c;
+    let real = zero.le(discriminant);
+    let root = discriminant.sqrt();
+    let q = L::select(zero.lt(b), zero - b - root, root - b);
+    let rounds = [(q / a, L::both(real, a.ne(zero))), (c / q, L::both(real, q.ne(zero)))];
+    let capped = L::both(zero.lt(cone.capped), dz.ne(zero));
+    let ends = [(zero, zero.lt(dz)), (cone.height, dz.lt(zero))];
+    let mut crossings = [Crossing { t: zero, enters: real, met: real }; 4];
+    let (round, flat) = crossings.split_at_mut(2);
+    for (crossing, (s, exists)) in round.iter_mut().zip(rounds) {
+        let (z, t) = (oz + dz * s, s + shift);
+        let between = L::both(zero.le(z), z.le(cone.height));
+        let met = L::both(L::both(exists, between), L::both(zero.le(ro + rd * s), zero.lt(t)));
+        *crossing = Crossing { t, enters: (a * s + b).lt(zero), met };
+    }
+    for (crossing, (z, enters)) in flat.iter_mut().zip(ends) {
+        let s = (z - oz) / dz;
+        let radius = (cone.base_radius + cone.slope * z) * L::splat(RIM);
+        let (t, across) = (s + shift, op + dp.scale(s));
+        let met = L::both(capped, L::both(zero.lt(t), across.dot(across).le(radius * radius)));
+        *crossing = Crossing { t, enters, met };
+    }
+    crossings
 }
 
 /// Distance to a plane, and whether the ray comes from its front.

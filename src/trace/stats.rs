@@ -11,6 +11,8 @@ pub struct Counters {
     pub refraction_rays: u64,
     /// Rays of paths that left a diffuse surface.
     pub diffuse_rays: u64,
+    /// Rays of photons.
+    pub photon_rays: u64,
     /// Ray-primitive tests, those on infinite planes included.
     pub intersection_tests: u64,
     /// Cells or nodes visited.
@@ -26,6 +28,7 @@ impl std::ops::AddAssign for Counters {
         self.reflection_rays += other.reflection_rays;
         self.refraction_rays += other.refraction_rays;
         self.diffuse_rays += other.diffuse_rays;
+        self.photon_rays += other.photon_rays;
         self.intersection_tests += other.intersection_tests;
         self.steps += other.steps;
     }

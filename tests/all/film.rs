@@ -171,7 +171,7 @@ fn samples_go_where_noise_is_and_nowhere_else() {
 /// A room lit by a lamp at its ceiling, open to the camera.
 const ROOM: &str = r#"(
     camera: (from: (0.0, 1.0, 3.4), at: (0.0, 1.0, 0.0), fov: 40.0),
-    render: (size: (32, 32), integrator: Path, max_depth: 3, seed: 1),
+    render: (size: (48, 48), integrator: Path, max_depth: 3, seed: 1),
     materials: {
         "white": (color: (0.7, 0.7, 0.7)), "red": (color: (0.6, 0.1, 0.1)), "green": (color: (0.1, 0.5, 0.1)),
     },
@@ -190,9 +190,9 @@ const ROOM: &str = r#"(
 #[test]
 fn denoising_comes_nearer_to_the_truth() {
     let desk = Desk::new();
-    let truth = colors(&desk, ROOM, "--spp 256 --seed 2");
+    let truth = colors(&desk, ROOM, "--spp 144 --seed 2");
     let error = |flags: &str| difference(&colors(&desk, ROOM, flags), &truth).unwrap().rmse;
-    for samples in [4, 16] {
+    for samples in [4, 9] {
         let (raw, denoised) = (error(&format!("--spp {samples}")), error(&format!("--spp {samples} --denoise")));
         assert!(denoised < 0.6 * raw, "{samples}: {raw} {denoised}");
     }

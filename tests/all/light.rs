@@ -20,7 +20,7 @@ fn floor(render: &str, light: &str) -> String {
         render: (size: (8, 8), transfer: Linear, {render}),
         materials: {{
             "matt": (model: Lambert, color: (0.5, 0.5, 0.5)),
-            "lamp": (model: Lambert, color: (0.0, 0.0, 0.0), emission: (3.0, 3.0, 3.0)),
+            "lamp": (model: Lambert, color: (0.0, 0.0, 0.0), emission: (1.5, 1.5, 1.5)),
         }},
         entities: [(plane: (), material: "matt"), {light}],
     )"#
@@ -47,7 +47,8 @@ fn a_white_thing_in_uniform_light_cannot_be_seen() {
         )"#
         );
         let found = mean(&picture(&Desk::new(), &scene, ""));
-        assert!((found - 0.5).abs() < 0.006, "{material}: {found}");
+        // Ground surfaces are as exact as the tables of what their facets lose.
+        assert!((found - 0.5).abs() < 0.01, "{material}: {found}");
     }
 }
 
@@ -73,8 +74,8 @@ fn a_closed_furnace_reaches_its_balance() {
 /// Irradiance of a sphere is pi L (r / d)^2 and that of a wide square lamp Siegel and Howell's; both integrators.
 #[test]
 fn lamps_over_a_floor_have_their_analytic_irradiance() {
-    // Radiance 3, radius 0.5 at height 2; albedo 0.5 over pi.
-    let sphere = 0.5 * 3.0 * (0.5f32 / 2.0) * (0.5 / 2.0);
+    // Radiance 1.5, radius 0.5 at height 2; albedo 0.5 over pi.
+    let sphere = 0.5 * 1.5 * (0.5f32 / 2.0) * (0.5 / 2.0);
     let (a, r) = (0.5f32, (1.0f32 + 0.25).sqrt());
     let rectangle = 4.0 * 0.5 * 2.0 * (a / r * (a / r).atan());
     // Of colour 0.3: radiance 0.3 pi / area.
@@ -147,7 +148,7 @@ fn errors_fall_as_samples_grow() {
         )
     };
     let desk = Desk::new();
-    let truth = picture(&desk, &scene(1024), "--seed 2");
+    let truth = picture(&desk, &scene(576), "--seed 2");
     let error = |samples: u32| {
         let found = picture(&desk, &scene(samples), "");
         let squares = found.pixels().zip(truth.pixels()).map(|(a, b)| (a.0[0] - b.0[0]).powi(2));

@@ -70,7 +70,7 @@ fn walks(c: &mut Criterion) {
     let mut group = c.benchmark_group("65 k rays to 65 k triangles");
     group.throughput(Throughput::Elements(rays.len() as u64)).sample_size(20);
     for choice in [Accel::Grid, Accel::Bvh] {
-        let accelerator = Accelerator::build(&geometry, choice, 2.0);
+        let accelerator = Accelerator::build(&geometry, choice, 1.0);
         let mut worker = Worker::default();
         group.bench_function(format!("{}, one by one", accelerator.name()), |b| {
             b.iter(|| rays.iter().filter(|ray| accelerator.closest(&geometry, ray, &mut worker).is_some()).count());
@@ -90,7 +90,7 @@ fn builds(c: &mut Criterion) {
     let mut group = c.benchmark_group("build over 65 k triangles");
     group.throughput(Throughput::Elements(geometry.len() as u64)).sample_size(20);
     for choice in [Accel::Grid, Accel::Bvh] {
-        group.bench_function(choice.name(), |b| b.iter(|| Accelerator::build(&geometry, choice, 2.0)));
+        group.bench_function(choice.name(), |b| b.iter(|| Accelerator::build(&geometry, choice, 1.0)));
     }
 }
 

@@ -45,7 +45,7 @@ struct Args {
     #[arg(long, default_value_t = 5)]
     runs: usize,
     /// Cells of the grid per primitive.
-    #[arg(long, default_value_t = 2.0)]
+    #[arg(long, default_value_t = 1.0)]
     density: f64,
     /// Hands over each ray alone instead of all together.
     #[arg(long)]

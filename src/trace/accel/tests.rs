@@ -69,6 +69,12 @@ fn build(pieces: &[Piece]) -> Geometry {
     geometry
 }
 
+/// What is held to brute force.
+fn both(geometry: &Geometry, width: Width, density: f64) -> [Accelerator; 2] {
+    let tree = Bvh::build(geometry, width, None);
+    [Accelerator::Bvh(Box::new(tree)), Accelerator::Grid(Box::new(Grid::build(geometry, density, width, None)))]
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
     #[test]
@@ -78,8 +84,7 @@ proptest! {
         density in 0.2f64..20.0,
     ) {
         let geometry = build(&pieces);
-        let mut others = vec![Accelerator::build(&geometry, Accel::Grid, density)];
-        others.extend(Width::all().into_iter().map(|w| Accelerator::Bvh(Box::new(Bvh::build(&geometry, w, None)))));
+        let others: Vec<_> = Width::all().into_iter().flat_map(|w| both(&geometry, w, density)).collect();
         let mut worker = Worker::default();
         for (from, to, kind) in rays {
             let from = if kind == 3 { from * 1e4 } else { from };
@@ -108,6 +113,7 @@ proptest! {
         from in point(), to in point(), spread in 0.0f32..0.4, lens in prop_oneof![Just(0.0f32), 0.0f32..0.5],
         jitter in prop::collection::vec((prop::array::uniform3(-1.0f32..1.0), prop::array::uniform3(-1.0f32..1.0)), 1..40),
         t_max in prop_oneof![Just(f32::INFINITY), 1.0f32..6.0],
+        density in 0.2f64..20.0,
     ) {
         let geometry = build(&pieces);
         let rays: Vec<Ray> = jitter.iter().map(|(a, b)| {
@@ -118,14 +124,45 @@ proptest! {
         let mut worker = Worker::default();
         let expected: Vec<_> =
             rays.iter().map(|ray| Accelerator::Brute.closest(&geometry, ray, &mut worker)).collect();
-        for width in Width::all() {
-            let tree = Accelerator::Bvh(Box::new(Bvh::build(&geometry, width, None)));
+        for accelerator in Width::all().into_iter().flat_map(|w| both(&geometry, w, density)) {
             let mut found = vec![None; rays.len()];
-            tree.closest_all(&geometry, &rays, &mut worker, |i, hit| found[i] = hit);
-            prop_assert_eq!(&found, &expected);
+            accelerator.closest_all(&geometry, &rays, &mut worker, |i, hit| found[i] = hit);
+            prop_assert_eq!(&found, &expected, "{}", accelerator.name());
             let mut met = vec![false; rays.len()];
-            tree.occluded_all(&geometry, &rays, &mut worker, |i, hit| met[i] = hit);
-            prop_assert!(met.iter().zip(&expected).all(|(met, hit)| *met == hit.is_some()));
+            accelerator.occluded_all(&geometry, &rays, &mut worker, |i, hit| met[i] = hit);
+            prop_assert!(met.iter().zip(&expected).all(|(met, hit)| *met == hit.is_some()), "{}", accelerator.name());
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+    /// Pieces of the same kinds move frame by frame, a little or to anywhere: a tree that was fitted again and again
+    /// still finds what brute force finds.
+    #[test]
+    fn fitted_trees_agree_with_brute_force_to_the_bit(
+        pieces in prop::collection::vec(piece(), 1..60),
+        motions in prop::collection::vec((prop_oneof![Just(0.02f32), Just(0.3), Just(4.0)], point(), point()), 1..4),
+        rays in prop::collection::vec((point(), point()), 1..20),
+    ) {
+        let mut pieces = pieces;
+        let mut tree = Accelerator::build(&build(&pieces), Accel::Bvh, 2.0);
+        for (size, turn, shift) in motions {
+            for (i, Piece(kind, a, b, c, _)) in pieces.iter_mut().enumerate() {
+                let way = if i % 3 == 0 { turn } else { shift } * size;
+                *a += way;
+                *b += way;
+                *c += if *kind == 2 { way } else { turn * size };
+            }
+            let geometry = build(&pieces);
+            tree = Accelerator::rebuild(&geometry, Accel::Bvh, 2.0, Some(&tree));
+            let mut worker = Worker::default();
+            for (from, to) in &rays {
+                let ray = Ray::new(*from, (*to - *from).normalize_or(Vec3::X));
+                let expected = Accelerator::Brute.closest(&geometry, &ray, &mut worker);
+                prop_assert_eq!(tree.closest(&geometry, &ray, &mut worker), expected);
+                prop_assert_eq!(tree.occluded(&geometry, &ray, &mut worker), expected.is_some());
+            }
         }
     }
 }
@@ -180,4 +217,50 @@ fn a_giant_floor_does_not_ruin_the_grid() {
     }
     let per_ray = worker.counters.intersection_tests / 100;
     assert!(per_ray < 30, "{per_ray} tests a ray");
+}
+
+/// A ball of many small triangles in a shallow bowl of few large ones, a hundred times as wide.
+#[test]
+fn a_dense_mesh_in_a_wide_scene_answers_like_the_tree_and_costs_little() {
+    let lattice = |side: u32, place: &dyn Fn(f32, f32) -> Vec3| {
+        let at = |i: u32| i as f32 / side as f32;
+        let vertices = (0..=side).flat_map(|i| (0..=side).map(move |j| (at(i), at(j)))).map(|(u, v)| place(u, v));
+        let corner = |i: u32, j: u32| i * (side + 1) + j;
+        let quads = (0..side).flat_map(|i| (0..side).map(move |j| (i, j)));
+        let halves = |(i, j)| {
+            let (a, b, c, d) = (corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1));
+            [[a, b, c], [a, c, d]]
+        };
+        Arc::new(MeshData::new(vertices.collect(), quads.flat_map(halves).collect(), Vec::new()))
+    };
+    let ball = lattice(60, &|u, v| {
+        let (a, b) = (u * std::f32::consts::TAU, (v - 0.5) * std::f32::consts::PI);
+        Vec3::new(libm::cosf(a) * libm::cosf(b), 1.2 + libm::sinf(b), libm::sinf(a) * libm::cosf(b))
+    });
+    let bowl = lattice(20, &|u, v| {
+        let (x, z) = (u - 0.5, v - 0.5);
+        Vec3::new(200.0 * x, 40.0 * (x * x + z * z), 200.0 * z)
+    });
+    let mut geometry = Geometry::default();
+    geometry.push_mesh(Tag::default(), &ball, false, &DAffine3::IDENTITY);
+    geometry.push_mesh(Tag::default(), &bowl, false, &DAffine3::IDENTITY);
+    geometry.finish();
+    let [tree, grid] = both(&geometry, Width::detect(), 2.0);
+    let rays: Vec<Ray> = (0..1024)
+        .map(|i| {
+            let target = Vec3::new((i % 32) as f32 * 0.08 - 1.25, (i / 32) as f32 * 0.08, 0.0);
+            let origin = Vec3::new(6.0, 4.0, -60.0);
+            Ray::new(origin, (target - origin).normalize())
+        })
+        .collect();
+    let find = |accelerator: &Accelerator, worker: &mut Worker| {
+        let mut found = vec![None; rays.len()];
+        accelerator.closest_all(&geometry, &rays, worker, |i, hit| found[i] = hit);
+        found
+    };
+    let mut worker = Worker::default();
+    assert_eq!(find(&grid, &mut worker), find(&tree, &mut Worker::default()));
+    let per_ray = worker.counters.intersection_tests / 1024;
+    // The cells of the wide scene around the ball hold most of its 7,200 triangles.
+    assert!(per_ray < 200, "{per_ray} tests a ray");
 }

@@ -57,6 +57,11 @@ impl BlinnPhong {
         }
     }
 
+    /// Of its matt part.
+    pub fn albedo(&self) -> Vec3 {
+        self.diffuse
+    }
+
     pub fn is_specular(&self) -> bool {
         let mirror = self.gloss == 0.0 || (self.reflection == 0.0 && self.transmission == 0.0);
         self.diffuse == Vec3::ZERO && self.specular == Vec3::ZERO && mirror

@@ -100,6 +100,29 @@ impl Bsdf {
         }
     }
 
+    /// Whether part of it is matt: light from all sides goes to all sides.
+    #[inline]
+    pub fn is_matt(&self) -> bool {
+        match self {
+            Bsdf::BlinnPhong(b) => b.albedo() != Vec3::ZERO,
+            Bsdf::Lambert(albedo) => *albedo != Vec3::ZERO,
+            Bsdf::Plastic(_) => true,
+            Bsdf::Conductor(_) | Bsdf::Dielectric(_) => false,
+        }
+    }
+
+    /// The matt part of [`Self::eval`].
+    #[inline]
+    pub fn matt(&self, wo: Vec3, wi: Vec3) -> Vec3 {
+        let lambert = |albedo: Vec3| albedo * (wi.z.max(0.0) * FRAC_1_PI);
+        match self {
+            Bsdf::BlinnPhong(b) => lambert(b.albedo()),
+            Bsdf::Lambert(albedo) => lambert(*albedo),
+            Bsdf::Plastic(p) if wi.z > 0.0 => p.matt(wo, wi),
+            Bsdf::Plastic(_) | Bsdf::Conductor(_) | Bsdf::Dielectric(_) => Vec3::ZERO,
+        }
+    }
+
     /// Value times `|wi.z|`, without what goes in single directions.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {

@@ -47,7 +47,8 @@ impl Plastic {
         coat / (coat + (1.0 - coat) * self.base.max_element()).max(1e-9)
     }
 
-    fn matt(&self, wo: Vec3, wi: Vec3) -> Vec3 {
+    /// What the base adds to [`Self::eval`].
+    pub fn matt(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         let shape = (1.0 - self.coat(wo.z)) * (1.0 - self.coat(wi.z)) / self.mean.max(1e-6);
         self.base * (shape * wi.z * FRAC_1_PI)
     }

@@ -1,7 +1,7 @@
 //! What facets give back of the light that arrives, as tables: single scattering loses the rest to other facets.
 //!
 //! Axes are the root of the cosine, the roughness (root of alpha) and, for glass, (n - 1) / (n + 1) of the index ahead
-//! over the index behind. Filled once, when a rough surface is first met, by the midpoint rule over visible facets.
+//! over the index behind. Filled once, when a rough surface is first met, from Sobol points over visible facets.
 
 use std::array::from_fn;
 use std::sync::OnceLock;
@@ -10,6 +10,7 @@ use glam::Vec3;
 
 use super::dielectric::{behind, share};
 use super::microfacet::{Facets, mirrored};
+use crate::trace::sampler::sobol;
 
 /// Steps along the cosine and the roughness.
 const COSINES: usize = 24;
@@ -17,8 +18,9 @@ const WIDTHS: usize = 24;
 /// Steps of the index, from -`FARTHEST_INDEX` to it: a quarter to 4, past which the last serves.
 const INDICES: usize = 13;
 const FARTHEST_INDEX: f32 = 0.6;
-/// Points of the midpoint rule along each of two axes.
-const POINTS: usize = 12;
+/// Facets per node, a power of four, and a key for how they are scattered.
+const POINTS: usize = 256;
+const KEY: u64 = 0x5a17_ab1e_00fa_ce75;
 
 type Plane = [[f32; COSINES]; WIDTHS];
 
@@ -38,7 +40,8 @@ struct Glass {
 fn metals() -> &'static Metal {
     static TABLE: OnceLock<Metal> = OnceLock::new();
     TABLE.get_or_init(|| {
-        let all = plane(|wo, facets| integral(wo, facets, |wi, _| if wi.z > 0.0 { 1.0 } else { 0.0 }));
+        let mut all = [[0.0; COSINES]; WIDTHS];
+        each_node(|w, c, facet| all[w][c] += facet.mirrored);
         Metal { mean: mean(&all), all }
     })
 }
@@ -46,54 +49,60 @@ fn metals() -> &'static Metal {
 fn glasses() -> &'static Glass {
     static TABLE: OnceLock<Glass> = OnceLock::new();
     TABLE.get_or_init(|| {
-        let of_index = |i: usize| {
+        let etas: [f32; INDICES] = from_fn(|i| {
             let step = (i as f32 / (INDICES - 1) as f32 * 2.0 - 1.0) * FARTHEST_INDEX;
-            let eta = (1.0 + step) / (1.0 - step);
-            let reflected =
-                plane(|wo, facets| integral(wo, facets, |wi, h| if wi.z > 0.0 { share(wo.dot(h), eta) } else { 0.0 }));
-            let through = plane(|wo, facets| through(wo, facets, eta));
-            let all = from_fn(|w| from_fn(|c| reflected[w][c] + through[w][c]));
-            (reflected, all)
-        };
-        let (reflected, all): (Vec<Plane>, Vec<Plane>) = (0..INDICES).map(of_index).unzip();
+            (1.0 + step) / (1.0 - step)
+        });
+        let empty: Plane = [[0.0; COSINES]; WIDTHS];
+        let (mut reflected, mut all) = (vec![empty; INDICES], vec![empty; INDICES]);
+        each_node(|w, c, facet| {
+            for (i, eta) in etas.into_iter().enumerate() {
+                let share = share(facet.wo.dot(facet.h), eta);
+                let back = share * facet.mirrored;
+                reflected[i][w][c] += back;
+                all[i][w][c] += back + (1.0 - share) * facet.through(eta);
+            }
+        });
         Glass { reflected_mean: reflected.iter().map(mean).collect(), reflected, all }
     })
 }
 
-fn plane(value: impl Fn(Vec3, Facets) -> f32) -> Plane {
-    from_fn(|w| {
+/// A facet that `wo` sees, one of many.
+struct Facet {
+    facets: Facets,
+    wo: Vec3,
+    h: Vec3,
+    /// Share of its mirrored light that gets away, over the number of facets.
+    mirrored: f32,
+}
+
+impl Facet {
+    /// As `mirrored`, of light that is bent.
+    fn through(&self, eta: f32) -> f32 {
+        let Some(wi) = behind(self.wo, self.h, eta).filter(|wi| wi.z < 0.0) else { return 0.0 };
+        self.facets.seen_by_both(self.wo, wi) / self.facets.seen(self.wo) / POINTS as f32
+    }
+}
+
+/// Calls `add` with every facet of every node of the tables.
+fn each_node(mut add: impl FnMut(usize, usize, &Facet)) {
+    let points: [[f32; 2]; POINTS] = from_fn(|i| sobol::pair(i as u32, POINTS.ilog2() / 2, KEY));
+    for w in 0..WIDTHS {
         let width = w as f32 / (WIDTHS - 1) as f32;
         // The first row stands for the polished surface.
         let facets = Facets { alpha: (width * width).max(1e-4) };
-        from_fn(|c| {
-            let root = (c as f32 / (COSINES - 1) as f32).max(1e-2);
+        for c in 0..COSINES {
+            let root = c as f32 / (COSINES - 1) as f32;
             let z = (root * root).max(1e-4);
-            value(Vec3::new((1.0 - z * z).sqrt(), 0.0, z), facets)
-        })
-    })
-}
-
-/// The mean over visible facets of a mirrored direction's `value`, dimmed by what hides it.
-fn integral(wo: Vec3, facets: Facets, value: impl Fn(Vec3, Vec3) -> f32) -> f32 {
-    over_facets(|u| {
-        let h = facets.sample(wo, u);
-        let wi = mirrored(wo, h);
-        value(wi, h) * facets.seen_by_both(wo, wi) / facets.seen(wo)
-    })
-}
-
-fn through(wo: Vec3, facets: Facets, eta: f32) -> f32 {
-    over_facets(|u| {
-        let h = facets.sample(wo, u);
-        let Some(wi) = behind(wo, h, eta).filter(|wi| wi.z < 0.0) else { return 0.0 };
-        (1.0 - share(wo.dot(h), eta)) * facets.seen_by_both(wo, wi) / facets.seen(wo)
-    })
-}
-
-fn over_facets(value: impl Fn([f32; 2]) -> f32) -> f32 {
-    let at = |i: usize| (i as f32 + 0.5) / POINTS as f32;
-    let sum: f32 = (0..POINTS * POINTS).map(|i| value([at(i % POINTS), at(i / POINTS)])).sum();
-    sum / (POINTS * POINTS) as f32
+            let wo = Vec3::new((1.0 - z * z).sqrt(), 0.0, z);
+            for u in points {
+                let h = facets.sample(wo, u);
+                let wi = mirrored(wo, h);
+                let seen = if wi.z > 0.0 { facets.seen_by_both(wo, wi) / facets.seen(wo) } else { 0.0 };
+                add(w, c, &Facet { facets, wo, h, mirrored: seen / POINTS as f32 });
+            }
+        }
+    }
 }
 
 /// The mean over the hemisphere, by the cosine.

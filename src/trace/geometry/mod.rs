@@ -88,6 +88,9 @@ const KINDS: [Kind; 8] = [
     Kind::Plane,
 ];
 
+/// Number at which each kind ends: two geometries of one layout have the same kinds under the same numbers.
+pub type Layout = [u32; KINDS.len()];
+
 /// Number of a flat triangle's shading normals.
 const FLAT: u32 = u32::MAX;
 
@@ -116,7 +119,7 @@ pub struct Geometry {
     tags: [Vec<Tag>; KINDS.len()],
     mesh_triangles: usize,
     /// Number at which each kind ends.
-    ends: [u32; KINDS.len()],
+    ends: Layout,
     bounds: Bounds,
     reach: f32,
 }
@@ -218,6 +221,10 @@ impl Geometry {
         self.ends[Kind::Instance as usize]
     }
 
+    pub fn layout(&self) -> Layout {
+        self.ends
+    }
+
     /// Numbers of one kind.
     pub fn range(&self, kind: Kind) -> Range<u32> {
         let start = if kind == Kind::Sphere { 0 } else { self.ends[kind as usize - 1] };
@@ -249,6 +256,10 @@ impl Geometry {
         &self.parts
     }
 
+    pub fn instances(&self) -> &[Instance] {
+        &self.instances
+    }
+
     pub fn instance(&self, number: u32) -> &Instance {
         &self.instances[(number - self.range(Kind::Instance).start) as usize]
     }
@@ -271,6 +282,10 @@ impl Geometry {
     /// Least and greatest corner of a box.
     pub fn aabox(&self, number: u32) -> [Vec3; 2] {
         self.boxes[(number - self.range(Kind::Box).start) as usize]
+    }
+
+    pub fn cone(&self, number: u32) -> Frustum {
+        self.cones[(number - self.range(Kind::Cone).start) as usize]
     }
 
     /// Bounds of all primitives but the planes.

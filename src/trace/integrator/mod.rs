@@ -8,11 +8,12 @@
 //! [`recursive`] is Whitted (CACM 1980) and distribution ray tracing (Cook, Porter, Carpenter, SIGGRAPH 1984): every
 //! hit spawns all the rays that its material asks for. What a Whitted picture leaves out (lens, gloss, soft shadows) is
 //! switched off when the settings are resolved. [`path`] is path tracing (Kajiya 1986): every hit goes on in one
-//! direction, chosen at random. No contribution is cut off for being small.
+//! direction, chosen at random; [`photon`] reads indirect light from photons instead. No contribution is cut off for being small.
 
 mod adaptive;
 mod feature;
 mod path;
+mod photon;
 mod recursive;
 mod wave;
 
@@ -30,6 +31,7 @@ use crate::base::random::combine;
 use crate::components::{Fresnel, Integrator, Render, Shadows};
 use crate::film::{FilterTable, Tally};
 pub use adaptive::Noise;
+pub use photon::{Photons, Radii};
 pub use wave::Buffers;
 use wave::Lot;
 
@@ -62,6 +64,9 @@ pub struct Settings {
     pub fresnel: Fresnel,
     pub background: Vec3,
     pub seed: u64,
+    /// Photons of a pass, and the seed of theirs: the camera is not in it.
+    pub photons: u32,
+    pub photon_seed: u64,
 }
 
 impl Settings {
@@ -69,10 +74,11 @@ impl Settings {
     pub fn new(render: &Render, seed: u64) -> Self {
         let distribution = render.integrator != Integrator::Whitted;
         let strata = render.strata();
+        let paths = matches!(render.integrator, Integrator::Path | Integrator::Photon);
         let light_sampling = match render.shadows {
             _ if !distribution => LightSampling::Center,
             Shadows::Hard => LightSampling::Center,
-            Shadows::Auto if strata > 1 || render.integrator == Integrator::Path => LightSampling::Jittered,
+            Shadows::Auto if strata > 1 || paths => LightSampling::Jittered,
             Shadows::Auto | Shadows::Fixed => LightSampling::Fixed(render.shadow_samples.isqrt().max(1)),
             Shadows::Random => LightSampling::Random,
             Shadows::Jittered => LightSampling::Jittered,
@@ -87,19 +93,27 @@ impl Settings {
             light_sampling,
             gloss: distribution,
             lens: distribution,
-            transparent_shadows: render.transparent_shadows,
+            transparent_shadows: render.transparent_shadows && render.integrator != Integrator::Photon,
             fresnel: render.fresnel,
             background: render.background.as_vec3(),
             seed,
+            photons: render.photons,
+            photon_seed: render.seed.unwrap_or(0),
         }
     }
 }
 
 impl Settings {
-    /// The first sample of a pixel in a round with a seed of its own: paths are led by Sobol points, the rest by jittered strata.
+    /// Whether light is looked for along single paths.
+    pub fn follows_paths(&self) -> bool {
+        matches!(self.integrator, Integrator::Path | Integrator::Photon)
+    }
+
+    /// The first sample of a pixel in a round with a seed of its own: paths are led by Sobol points, the rest by
+    /// jittered strata.
     pub fn sampler(&self, seed: u64, [x, y]: [u32; 2], width: u32) -> Sampler {
         match self.integrator {
-            Integrator::Path => Sampler::sobol(seed, [x, y], self.strata * self.strata),
+            Integrator::Path | Integrator::Photon => Sampler::sobol(seed, [x, y], self.strata * self.strata),
             Integrator::Whitted | Integrator::Distribution => Sampler::new(seed, y * width + x, self.strata),
         }
     }
@@ -124,6 +138,8 @@ pub struct View<'a> {
     pub passes: usize,
     /// Places that are noted where rays cross them.
     pub boxes: Option<&'a Boxes>,
+    /// What a pass of photon mapping knows of the light.
+    pub photons: Option<&'a Photons>,
 }
 
 /// One of the equal parts that the samples of every pixel are divided into.

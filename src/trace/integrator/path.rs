@@ -11,6 +11,7 @@ use glam::Vec3;
 use super::View;
 use super::wave::{CLEAR, Encounter, Errand, Shadows, Wave, found, place};
 use crate::trace::bsdf::{Bsdf, Frame, Transport};
+use crate::trace::lights::Lights;
 use crate::trace::sampler::Domain;
 use crate::trace::{Counters, Ray};
 
@@ -42,18 +43,31 @@ pub fn shade(
     let (frame, wo) = met.frame();
     let last = depth == view.settings.max_depth;
     if !bsdf.is_specular() && !shadows.is_empty() {
-        ask(view, met, &bsdf, &frame, wo, last, shadows);
+        ask(view, view.lights, met, &Seen { bsdf, frame, wo, last }, shadows);
     }
-    if !last {
-        scatter(met, &bsdf, &frame, wo, depth, next, counters);
+    if !last && let Some((ray, errand)) = scatter(met, &bsdf, &frame, wo, depth, counters) {
+        next.push(ray, errand);
     }
 }
 
-fn ask(view: View, met: &Encounter, bsdf: &Bsdf, frame: &Frame, wo: Vec3, last: bool, shadows: &mut [Shadows]) {
+/// A surface as a path sees it.
+pub struct Seen {
+    pub bsdf: Bsdf,
+    pub frame: Frame,
+    pub wo: Vec3,
+    /// Whether no ray follows.
+    pub last: bool,
+}
+
+/// Asks one of the lights whether it reaches the surface.
+#[inline]
+pub fn ask(view: View, lights: &Lights, met: &Encounter, seen: &Seen, shadows: &mut [Shadows]) {
+    let Seen { bsdf, frame, wo, last } = seen;
+    let (wo, last) = (*wo, *last);
     let Encounter { errand, surface, sampler, .. } = met;
     let domain = Domain::Light(0);
-    let pick = if view.lights.len() > 1 { sampler.extra(errand.node, domain) } else { 0.0 };
-    let Some(light) = view.lights.sample(surface.point, pick, sampler.stratified(errand.node, domain)) else { return };
+    let pick = if lights.len() > 1 { sampler.extra(errand.node, domain) } else { 0.0 };
+    let Some(light) = lights.sample(surface.point, pick, sampler.stratified(errand.node, domain)) else { return };
     let wi = frame.to_local(light.direction);
     let above = surface.geometric_normal.dot(light.direction) > 0.0;
     // A smooth normal and the true one may disagree about the side: no light leaks through.
@@ -68,28 +82,29 @@ fn ask(view: View, met: &Encounter, bsdf: &Bsdf, frame: &Frame, wo: Vec3, last: 
     let value = value * surface.terminator(light.direction);
     let ray = Ray { origin: surface.leave(light.direction), direction: light.direction, t_max: light.distance };
     let bin = light.light as usize % shadows.len();
-    let sample = place(errand.sample, view.lights.pass(light.light));
+    let sample = place(errand.sample, lights.pass(light.light));
     shadows[bin].push(view, ray, light.target, sample, errand.weight * (value * light.gain * share));
 }
 
-fn scatter(
+/// The ray that a path goes on with, if it does.
+#[inline]
+pub fn scatter(
     met: &Encounter,
     bsdf: &Bsdf,
     frame: &Frame,
     wo: Vec3,
     depth: u32,
-    next: &mut Wave,
     counters: &mut Counters,
-) {
+) -> Option<(Ray, Errand)> {
     let Encounter { errand, surface, material, sampler, front, .. } = met;
     let node = errand.node.scattered();
     let lobe = if let Bsdf::Lambert(_) = bsdf { 0.0 } else { sampler.extra(errand.node, Domain::Lobe) };
-    let Some(sampled) = bsdf.sample(wo, sampler.stratified(errand.node, Domain::Bounce), lobe) else { return };
+    let sampled = bsdf.sample(wo, sampler.stratified(errand.node, Domain::Bounce), lobe)?;
     let mut direction = frame.to_world(sampled.wi).normalize();
     let height = surface.geometric_normal.dot(direction);
     if (height < 0.0) != sampled.transmitted {
         if !sampled.specular {
-            return;
+            return None;
         }
         // A mirror's ray that a smooth normal sends to the wrong side is brought back.
         direction -= surface.geometric_normal * (2.0 * height);
@@ -100,11 +115,11 @@ fn scatter(
     let inside = sampled.transmitted == *front && material.transmission > 0.0;
     let worth = weight.max_element() * if inside { (material.ior * material.ior).max(1.0) } else { 1.0 };
     if worth.is_nan() || worth <= 0.0 {
-        return;
+        return None;
     }
     if depth >= SAFE_DEPTH && worth < 1.0 {
         if sampler.random(node, Domain::Roulette)[0] >= worth {
-            return;
+            return None;
         }
         weight /= worth;
     }
@@ -117,8 +132,5 @@ fn scatter(
         counters.diffuse_rays += 1;
     }
     let ray = Ray::new(surface.leave(direction), direction);
-    next.push(
-        ray,
-        Errand { node, weight, pdf: sampled.pdf, medium, cone: errand.scattered_cone(sampled.pdf), ..*errand },
-    );
+    Some((ray, Errand { node, weight, pdf: sampled.pdf, medium, cone: errand.scattered_cone(sampled.pdf), ..*errand }))
 }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{BATCH, View, feature, path, recursive};
+use super::{BATCH, View, feature, path, photon, recursive};
 use crate::components::Integrator;
 use crate::film::Feature;
 use crate::trace::bsdf::Frame;
@@ -25,6 +25,17 @@ pub struct Errand {
     pub pdf: f32,
     /// Material of the body that the ray runs in and that swallows light, or [`CLEAR`].
     pub medium: u32,
+    pub seeks: Seeks,
+}
+
+/// Whose light a ray still brings home. Other rays than those of photon mapping seek all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Seeks {
+    All,
+    /// What comes straight from a light, and then as `Unsent`: photons have told the rest.
+    Direct,
+    /// That of lights which send no photons.
+    Unsent,
 }
 
 /// Cosine below which a smooth normal is not trusted.
@@ -64,7 +75,15 @@ impl Wave {
         self.errands.push(errand);
     }
 
-    fn clear(&mut self) {
+    pub fn rays(&self) -> &[Ray] {
+        &self.rays
+    }
+
+    pub fn get(&self, i: usize) -> (Ray, Errand) {
+        (self.rays[i], self.errands[i])
+    }
+
+    pub fn clear(&mut self) {
         self.rays.clear();
         self.errands.clear();
     }
@@ -136,7 +155,8 @@ impl Buffers {
         let sample = self.samplers.len() as u32;
         self.samplers.push(sampler);
         self.lots.push(lot);
-        let errand = Errand { sample, node: Node::CAMERA, weight: Vec3::ONE, cone, pdf: 0.0, medium: CLEAR };
+        let errand =
+            Errand { sample, node: Node::CAMERA, weight: Vec3::ONE, cone, pdf: 0.0, medium: CLEAR, seeks: Seeks::All };
         self.wave.push(ray, errand);
     }
 }
@@ -181,7 +201,7 @@ impl Encounter<'_> {
 /// Traces the camera rays in the buffers and all that follow from them.
 pub fn trace(view: View, buffers: &mut Buffers, worker: &mut Worker) {
     let bins = match view.settings.integrator {
-        Integrator::Path => view.lights.len().min(BINS),
+        Integrator::Path | Integrator::Photon => view.lights.len().min(BINS),
         // One for what shines among the primitives.
         Integrator::Whitted | Integrator::Distribution => view.lights.lamps().len() + 1,
     };
@@ -217,12 +237,12 @@ fn find(view: View, buffers: &mut Buffers, worker: &mut Worker) {
 
 fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
     let Buffers { wave, next, hits, shadows, samplers, colors, features, .. } = buffers;
-    let path = view.settings.integrator == Integrator::Path;
+    let path = view.settings.follows_paths();
     let last = depth == view.settings.max_depth;
     for ((ray, errand), hit) in wave.rays.iter().zip(&wave.errands).zip(hits) {
         let mut errand = *errand;
         let met = hit.map_or(f32::INFINITY, |hit| hit.t);
-        if path {
+        if path && errand.seeks != Seeks::Unsent {
             path::cross_lamps(view, &Ray { t_max: met, ..*ray }, &errand, depth == 1, colors);
         }
         let color = &mut colors[errand.sample as usize];
@@ -242,11 +262,14 @@ fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
         }
         if material.emission != Vec3::ZERO {
             let asked = match view.settings.integrator {
-                _ if errand.pdf == 0.0 => 0.0,
-                Integrator::Path => view.lights.pdf(ray, hit, &surface),
+                _ if errand.pdf == 0.0 && errand.seeks != Seeks::Unsent => 0.0,
+                Integrator::Path | Integrator::Photon => view.lights.pdf(ray, hit, &surface),
                 Integrator::Whitted | Integrator::Distribution => view.lights.pdf_emitters(ray, hit, &surface),
             };
-            *color += errand.weight * (material.emission * found(errand.pdf, asked));
+            // Photons come from where light is asked for.
+            if errand.seeks != Seeks::Unsent || asked == 0.0 {
+                *color += errand.weight * (material.emission * found(errand.pdf, asked));
+            }
         }
         let front = ray.direction.dot(surface.geometric_normal) < 0.0;
         let surface = if front { surface } else { surface.flipped() };
@@ -255,7 +278,10 @@ fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
         if view.settings.features && depth == 1 {
             features[errand.sample as usize] = Some(feature::seen(view, &met));
         }
-        if path {
+        if let Some(photons) = view.photons {
+            let color = &mut colors[errand.sample as usize];
+            photon::shade(view, photons, &met, depth, photon::Sinks { color, shadows, next }, &mut worker.counters);
+        } else if path {
             path::shade(view, &met, depth, shadows, next, &mut worker.counters);
         } else {
             recursive::shade(view, &met, last, shadows, next, &mut worker.counters);
@@ -268,7 +294,13 @@ fn sky(view: View, direction: Vec3, errand: &Errand) -> Vec3 {
     match view.environment {
         None => view.settings.background,
         Some(sky) if errand.pdf == 0.0 => sky.lookup_wide(direction, errand.cone),
-        Some(sky) => sky.lookup(direction) * found(errand.pdf, view.lights.sky_pdf(direction)),
+        Some(sky) => {
+            let asked = match view.photons {
+                Some(photons) if errand.seeks == Seeks::Unsent => photons.unsent(),
+                _ => view.lights,
+            };
+            sky.lookup(direction) * found(errand.pdf, asked.sky_pdf(direction))
+        }
     }
 }
 

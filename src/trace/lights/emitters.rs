@@ -133,11 +133,11 @@ impl Emitter {
             let normal = (point - center).normalize_or(Vec3::Y);
             return Some(Shining { point: center + normal * radius, normal, pdf: cone.pdf() });
         }
-        let (point, normal) = self.point(u);
-        let offset = point - from;
-        let square = offset.length_squared();
-        let facing = normal.dot(offset).abs() / square.sqrt();
-        let pdf = square / (self.area() * facing);
+        let (point, normal) = match self.shape {
+            Shape::Box { min, max } => on_box(min, max, facing(min, max, from), u),
+            Shape::Sphere { .. } | Shape::Triangle { .. } => self.point(u),
+        };
+        let pdf = self.by_area(from, point, normal);
         (pdf > 0.0 && pdf < f32::INFINITY).then_some(Shining { point, normal, pdf })
     }
 
@@ -148,11 +148,19 @@ impl Emitter {
         {
             return cone.pdf();
         }
+        let pdf = self.by_area(from, point, normal);
+        if pdf < f32::INFINITY { pdf } else { 0.0 }
+    }
+
+    /// Density per steradian of points by area, of a box those of the faces that are seen.
+    fn by_area(&self, from: Vec3, point: Vec3, normal: Vec3) -> f32 {
+        let area = match self.shape {
+            Shape::Box { min, max } => shares(min, max, facing(min, max, from)).iter().sum(),
+            Shape::Sphere { .. } | Shape::Triangle { .. } => self.area(),
+        };
         let offset = point - from;
         let square = offset.length_squared();
-        let facing = normal.dot(offset).abs() / square.sqrt();
-        let pdf = square / (self.area() * facing);
-        if pdf < f32::INFINITY { pdf } else { 0.0 }
+        square / (area * normal.dot(offset).abs() / square.sqrt())
     }
 
     /// A point by area, and the normal there.
@@ -166,7 +174,7 @@ impl Emitter {
                 let [s, t] = in_triangle(u);
                 (corner + a * s + b * t, a.cross(b).normalize_or(Vec3::Y))
             }
-            Shape::Box { min, max } => on_box(min, max, u),
+            Shape::Box { min, max } => on_box(min, max, [true; 6], u),
         }
     }
 
@@ -198,26 +206,36 @@ fn in_triangle([x, y]: [f32; 2]) -> [f32; 2] {
     if y > x { [0.5 * x, y - 0.5 * x] } else { [x - 0.5 * y, 0.5 * y] }
 }
 
-fn on_box(min: Vec3, max: Vec3, u: [f32; 2]) -> (Vec3, Vec3) {
-    let size = max - min;
-    let faces = [size.y * size.z, size.z * size.x, size.x * size.y];
-    // The first number picks one of six faces by area; what is left of it is uniform again.
-    let mut rest = u[0] * 2.0 * (faces[0] + faces[1] + faces[2]);
-    let mut picked = (2, 1.0, 1.0 - f32::EPSILON);
-    'faces: for (axis, area) in faces.into_iter().enumerate() {
-        for side in [-1.0, 1.0] {
-            if rest < area {
-                picked = (axis, side, rest / area);
-                break 'faces;
-            }
-            rest -= area;
-        }
+/// Faces of a box that a point sees: the lower and the upper one of each axis; all of them from within.
+fn facing(min: Vec3, max: Vec3, from: Vec3) -> [bool; 6] {
+    let seen = std::array::from_fn(|i| if i % 2 == 0 { from[i / 2] < min[i / 2] } else { from[i / 2] > max[i / 2] });
+    if seen == [false; 6] { [true; 6] } else { seen }
+}
+
+/// Areas of these faces.
+fn shares(min: Vec3, max: Vec3, faces: [bool; 6]) -> [f32; 6] {
+    let s = max - min;
+    let areas = [s.y * s.z, s.z * s.x, s.x * s.y];
+    std::array::from_fn(|i| if faces[i] { areas[i / 2] } else { 0.0 })
+}
+
+fn on_box(min: Vec3, max: Vec3, faces: [bool; 6], u: [f32; 2]) -> (Vec3, Vec3) {
+    let areas = shares(min, max, faces);
+    // The first number picks a face by area; what is left of it is uniform again.
+    let mut rest = u[0] * areas.iter().sum::<f32>();
+    let last = areas.iter().rposition(|area| *area > 0.0).unwrap_or(0);
+    let mut face = 0;
+    while face < last && rest >= areas[face] {
+        rest -= areas[face];
+        face += 1;
     }
-    let (axis, side, first) = picked;
+    let axis = face / 2;
+    let first = if areas[face] > 0.0 { (rest / areas[face]).min(1.0) } else { 0.0 };
     let mut normal = Vec3::ZERO;
-    normal[axis] = side;
+    normal[axis] = if face % 2 == 0 { -1.0 } else { 1.0 };
     let mut point = Vec3::ZERO;
-    point[axis] = if side < 0.0 { min[axis] } else { max[axis] };
+    point[axis] = if face % 2 == 0 { min[axis] } else { max[axis] };
+    let size = max - min;
     for (k, at) in [((axis + 1) % 3, first), ((axis + 2) % 3, u[1])] {
         point[k] = min[k] + size[k] * at;
     }

@@ -24,6 +24,8 @@ pub enum Domain {
     Roulette,
     /// When, while the shutter is open.
     Time,
+    /// Which part of what a path goes on with it looks for.
+    Part,
     Light(u32),
 }
 
@@ -37,6 +39,7 @@ impl Domain {
             Domain::Lobe => 4,
             Domain::Roulette => 5,
             Domain::Time => 6,
+            Domain::Part => 7,
             Domain::Light(i) => 16 + u64::from(i),
         }
     }

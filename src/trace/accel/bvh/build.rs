@@ -3,10 +3,10 @@
 //! Ranges of references are split in two until a node has eight children, the one with the largest surface first, so
 //! that what a wide node skips is the least likely to be met. Costs count leaves in blocks of eight, which fills them.
 
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 use rayon::prelude::*;
 
-use super::{Boxes, Child, Held, LANES, Model, Node, Source, Spheres, Tree, Triangles};
+use super::{Child, Held, LANES, Leaves, Model, Node, Source, Tree};
 use crate::trace::Geometry;
 use crate::trace::geometry::Bounds;
 
@@ -274,6 +274,7 @@ fn build<S: Source>(source: &S, count: u32) -> Tree {
         let depth;
         (tree.root, depth) = grow(source, range, &mut tree, &mut Bins::new(), 0);
         tree.stack = (LANES - 1) * depth + 1;
+        tree.fresh = tree.estimate();
     }
     tree
 }
@@ -334,94 +335,51 @@ fn grow<S: Source>(source: &S, range: Range, tree: &mut Tree, bins: &mut Bins, d
 
 impl Tree {
     fn empty(bounds: Bounds) -> Tree {
-        let extent = if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
-        Tree {
+        let mut tree = Tree {
             root: Child::NONE,
             nodes: Vec::new(),
-            triangles: Vec::new(),
-            spheres: Vec::new(),
-            boxes: Vec::new(),
-            lists: Vec::new(),
+            leaves: Leaves::default(),
             bounds,
-            extent,
+            extent: 0.0,
             stack: 0,
-        }
+            fresh: 0.0,
+        };
+        tree.set_bounds(bounds);
+        tree
+    }
+
+    pub fn set_bounds(&mut self, bounds: Bounds) {
+        self.bounds = bounds;
+        self.extent = if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
     }
 
     /// Makes room for branches.
     fn reserve(&mut self, branches: &[&Tree]) {
-        let total = |len: fn(&Tree) -> usize| branches.iter().map(|branch| len(branch)).sum();
-        self.nodes.reserve(total(|branch| branch.nodes.len()));
-        self.triangles.reserve(total(|branch| branch.triangles.len()));
-        self.spheres.reserve(total(|branch| branch.spheres.len()));
-        self.boxes.reserve(total(|branch| branch.boxes.len()));
-        self.lists.reserve(total(|branch| branch.lists.len()));
+        self.nodes.reserve(branches.iter().map(|branch| branch.nodes.len()).sum());
+        let add = |total: [usize; 5], branch: &&Tree| std::array::from_fn(|i| total[i] + branch.leaves.lens()[i]);
+        self.leaves.reserve(branches.iter().fold([0; 5], add));
     }
 
     /// Takes over a branch; gives the child of it as it is numbered here.
     fn graft(&mut self, mut branch: Tree, child: Child) -> Child {
-        let before = [self.nodes.len(), self.triangles.len(), self.spheres.len(), self.boxes.len(), self.lists.len()];
+        let [triangles, spheres, boxes, cones, lists] = self.leaves.lens();
+        let before = [self.nodes.len(), triangles, spheres, boxes, cones, lists];
         let moved = |child: Child| match child {
             Child::NONE => child,
-            _ => Child(child.0 + before[child.held() as usize] as u32),
+            _ => child.moved(before[child.held() as usize]),
         };
         for node in &mut branch.nodes {
             node.children = node.children.map(moved);
         }
         self.nodes.append(&mut branch.nodes);
-        self.triangles.append(&mut branch.triangles);
-        self.spheres.append(&mut branch.spheres);
-        self.boxes.append(&mut branch.boxes);
-        self.lists.append(&mut branch.lists);
+        self.leaves.append(&mut branch.leaves);
         moved(child)
     }
 }
 
 /// Writes up to eight primitives of one kind into a leaf.
-fn leaf<S: Source>(source: &S, refs: &mut [Ref], tree: &mut Tree) -> Child {
-    let mut numbers = [u32::MAX; LANES];
+fn leaf<S: Source>(source: &S, refs: &[Ref], tree: &mut Tree) -> Child {
+    let mut numbers = [0; LANES];
     refs.iter().zip(&mut numbers).for_each(|(r, n)| *n = r.number());
-    let count = refs.len();
-    let all = &numbers[..count];
-    let put = |to: &mut [[f32; LANES]; 3], lane: usize, v: Vec3| (0..3).for_each(|axis| to[axis][lane] = v[axis]);
-    let held = source.held(numbers[0]);
-    let index = match held {
-        Held::Triangles => {
-            let mut block = Triangles { corners: [[[f32::NAN; LANES]; 3]; 3], numbers };
-            for (lane, n) in all.iter().enumerate() {
-                let corners = source.corners(*n);
-                (0..3).for_each(|corner| put(&mut block.corners[corner], lane, corners[corner]));
-                block.numbers[lane] = source.marked(*n);
-            }
-            tree.triangles.push(block);
-            tree.triangles.len()
-        }
-        Held::Spheres => {
-            let mut block = Spheres { center: [[f32::NAN; LANES]; 3], radius: [f32::NAN; LANES], numbers };
-            for (lane, n) in all.iter().enumerate() {
-                let [x, y, z, radius] = source.sphere(*n);
-                put(&mut block.center, lane, Vec3::new(x, y, z));
-                block.radius[lane] = radius;
-                block.numbers[lane] = source.marked(*n);
-            }
-            tree.spheres.push(block);
-            tree.spheres.len()
-        }
-        Held::Boxes => {
-            let mut block = Boxes { min: [[f32::NAN; LANES]; 3], max: [[f32::NAN; LANES]; 3], numbers };
-            for (lane, n) in all.iter().enumerate() {
-                let [min, max] = source.aabox(*n);
-                put(&mut block.min, lane, min);
-                put(&mut block.max, lane, max);
-                block.numbers[lane] = source.marked(*n);
-            }
-            tree.boxes.push(block);
-            tree.boxes.len()
-        }
-        Held::List | Held::Node => {
-            tree.lists.push(numbers);
-            tree.lists.len()
-        }
-    };
-    Child::new(held, count, index - 1)
+    tree.leaves.put(source, &numbers[..refs.len()])
 }

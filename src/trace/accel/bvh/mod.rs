@@ -1,82 +1,28 @@
 //! A tree of boxes with eight children a node (Wald, Benthin and Boulos 2008; Ernst and Greiner 2008).
 //!
-//! Eight boxes are tested at once, and a leaf holds up to eight primitives of one kind in columns that are tested at
-//! once: triangles, spheres and boxes. Other kinds are listed and tested one by one. A [`Model`] has a tree of its own,
-//! into which the ray is carried by its instances.
+//! Eight boxes are tested at once, and a leaf holds a block of up to eight primitives of one kind that are tested at
+//! once (see [`super::leaves`]); kinds without blocks are listed and tested one by one. A [`Model`] has a tree of its
+//! own, into which the ray is carried by its instances. Where primitives only moved, boxes are fitted to them instead
+//! of building again ([`refit`]).
 //!
 //! Boxes are tested with a margin by more than the tests of primitives err, so that no hit is ever lost and the tree
 //! answers as brute force does; that alone lets their arithmetic differ from one processor to the next.
 
 mod build;
-mod frustum;
 mod packet;
+mod refit;
 mod walk;
 
 use std::sync::Arc;
 
+use super::Worker;
+use super::leaves::{Child, Held, Leaves, Source};
+use super::packet::{GROUPS, Group, Structure};
 use crate::components::MeshData;
-use crate::trace::Geometry;
-use crate::trace::geometry::{Bounds, Kind, Model};
-use crate::trace::simd::{LANES, Width};
-
-/// What a child of a node is, and where.
-///
-/// Three bits of kind, three of the number of primitives less one, the rest an index.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Child(u32);
-
-const INDEX_BITS: u32 = 26;
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Held {
-    Node,
-    Triangles,
-    Spheres,
-    Boxes,
-    /// Primitives of other kinds.
-    List,
-}
-
-impl Held {
-    fn of(kind: Kind) -> Self {
-        match kind {
-            Kind::Triangle | Kind::MeshTriangle => Held::Triangles,
-            Kind::Sphere => Held::Spheres,
-            Kind::Box => Held::Boxes,
-            _ => Held::List,
-        }
-    }
-}
-
-impl Child {
-    const NONE: Child = Child(u32::MAX);
-
-    fn new(held: Held, count: usize, index: usize) -> Self {
-        debug_assert!(index < 1 << INDEX_BITS && (1..=LANES).contains(&count));
-        Child((held as u32) << (INDEX_BITS + 3) | (count as u32 - 1) << INDEX_BITS | index as u32)
-    }
-
-    #[inline(always)]
-    fn held(self) -> Held {
-        match self.0 >> (INDEX_BITS + 3) {
-            0 => Held::Node,
-            1 => Held::Triangles,
-            2 => Held::Spheres,
-            3 => Held::Boxes,
-            _ => Held::List,
-        }
-    }
-
-    #[inline(always)]
-    fn count(self) -> u32 {
-        (self.0 >> INDEX_BITS & 7) + 1
-    }
-
-    #[inline(always)]
-    fn index(self) -> usize {
-        (self.0 & ((1 << INDEX_BITS) - 1)) as usize
-    }
-}
+use crate::trace::geometry::{Best, Bounds, Layout, Model};
+use crate::trace::shapes::Probe;
+use crate::trace::simd::{LANES, Wide, Width};
+use crate::trace::{Geometry, Ray};
 
 /// Boxes of eight children; those of missing ones are inside out.
 #[derive(Clone, Debug)]
@@ -87,68 +33,32 @@ struct Node {
     children: [Child; LANES],
 }
 
-/// Set in a triangle's number where its front is not there for rays.
-const NO_FRONT: u32 = 1 << 31;
-/// Set where its back is not.
-const NO_BACK: u32 = 1 << 30;
-
-/// Eight triangles; missing ones are NaN.
-#[derive(Clone, Debug)]
-#[repr(C, align(32))]
-struct Triangles {
-    /// By corner, axis and triangle.
-    corners: [[[f32; LANES]; 3]; 3],
-    /// With [`NO_FRONT`] and [`NO_BACK`].
-    numbers: [u32; LANES],
-}
-
-/// Eight spheres; missing ones are NaN.
-#[derive(Clone, Debug)]
-#[repr(C, align(32))]
-struct Spheres {
-    center: [[f32; LANES]; 3],
-    radius: [f32; LANES],
-    numbers: [u32; LANES],
-}
-
-/// Eight boxes; missing ones are NaN.
-#[derive(Clone, Debug)]
-#[repr(C, align(32))]
-struct Boxes {
-    min: [[f32; LANES]; 3],
-    max: [[f32; LANES]; 3],
-    numbers: [u32; LANES],
-}
-
 /// One tree and its leaves.
 #[derive(Clone, Debug)]
 struct Tree {
     root: Child,
     nodes: Vec<Node>,
-    triangles: Vec<Triangles>,
-    spheres: Vec<Spheres>,
-    boxes: Vec<Boxes>,
-    lists: Vec<[u32; LANES]>,
+    leaves: Leaves,
     bounds: Bounds,
     /// Greatest coordinate of anything in it.
     extent: f32,
     /// Entries that the stack of a walk can come to hold.
     stack: usize,
+    /// [`Self::estimate`] when it was built.
+    fresh: f32,
 }
 
 impl Tree {
     fn bytes(&self) -> usize {
-        size_of_val(&self.nodes[..])
-            + size_of_val(&self.triangles[..])
-            + size_of_val(&self.spheres[..])
-            + size_of_val(&self.boxes[..])
-            + size_of_val(&self.lists[..])
+        size_of_val(&self.nodes[..]) + self.leaves.bytes()
     }
 }
 
 /// The world's tree, and those of its models.
 pub struct Bvh {
     world: Tree,
+    /// Numbers at which each kind ended when the world's tree was built.
+    layout: Layout,
     /// By model; a mesh that was there before keeps its tree.
     models: Vec<(Arc<MeshData>, Arc<Tree>)>,
     width: Width,
@@ -157,7 +67,9 @@ pub struct Bvh {
 }
 
 impl Bvh {
-    /// `before` may be any tree: what it holds of the same meshes is not built again.
+    /// `before` may be any tree: what it holds of the same meshes is not built again, and where the world has as many
+    /// primitives of each kind its boxes are fitted to them while that is good enough. What rays cost then depends on
+    /// the trees before, what they find does not.
     pub fn build(geometry: &Geometry, width: Width, before: Option<&Bvh>) -> Self {
         let known = before.map_or(&[][..], |bvh| &bvh.models);
         let tree = |model: &Model| {
@@ -165,9 +77,11 @@ impl Bvh {
             same.map_or_else(|| Arc::new(build::model(model)), |(_, tree)| tree.clone())
         };
         let models: Vec<_> = geometry.models().iter().map(|model| (model.mesh.clone(), tree(model))).collect();
-        let world = build::world(geometry);
+        let layout = geometry.layout();
+        let fitted = before.filter(|bvh| bvh.layout == layout).and_then(|bvh| bvh.world.refit(geometry));
+        let world = fitted.unwrap_or_else(|| build::world(geometry));
         let stack = world.stack + models.iter().map(|(_, tree)| tree.stack).max().unwrap_or(0);
-        Bvh { world, models, width, stack }
+        Bvh { world, layout, models, width, stack }
     }
 
     /// Memory of trees and leaves.
@@ -176,65 +90,37 @@ impl Bvh {
     }
 }
 
-/// What a tree is built over.
-trait Source: Sync {
-    fn bounds(&self, number: u32) -> Bounds;
-    fn held(&self, number: u32) -> Held;
-    fn corners(&self, number: u32) -> [glam::Vec3; 3];
-    /// The number as a leaf keeps it.
-    fn marked(&self, number: u32) -> u32;
-    fn sphere(&self, number: u32) -> [f32; 4];
-    fn aabox(&self, number: u32) -> [glam::Vec3; 2];
-}
+impl Structure for Bvh {
+    fn width(&self) -> Width {
+        self.width
+    }
 
-impl Source for Geometry {
-    fn bounds(&self, number: u32) -> Bounds {
-        self.bounds_of(number)
+    fn make_room(&self, worker: &mut Worker) {
+        if worker.stack.len() < self.stack {
+            worker.stack.resize(self.stack, 0);
+        }
     }
-    fn held(&self, number: u32) -> Held {
-        Held::of(self.kind_of(number))
-    }
-    fn corners(&self, number: u32) -> [glam::Vec3; 3] {
-        self.corners(number)
-    }
-    fn marked(&self, number: u32) -> u32 {
-        let sides = self.tag(number).sides;
-        let front = if sides.shows(true) { 0 } else { NO_FRONT };
-        let back = if sides.shows(false) { 0 } else { NO_BACK };
-        number | front | back
-    }
-    fn sphere(&self, number: u32) -> [f32; 4] {
-        self.sphere(number)
-    }
-    fn aabox(&self, number: u32) -> [glam::Vec3; 2] {
-        self.aabox(number)
-    }
-}
 
-impl Source for Model {
-    fn bounds(&self, number: u32) -> Bounds {
-        Bounds::around(&self.corners(number))
+    #[inline(always)]
+    fn one<L: Wide, const ANY: bool>(&self, geometry: &Geometry, probe: &Probe, best: &mut Best, worker: &mut Worker) {
+        walk::scan_rest::<L, ANY>(self, geometry, probe, best, worker);
     }
-    fn held(&self, _: u32) -> Held {
-        Held::Triangles
-    }
-    fn corners(&self, number: u32) -> [glam::Vec3; 3] {
-        self.corners(number)
-    }
-    fn marked(&self, number: u32) -> u32 {
-        number
-    }
-    fn sphere(&self, _: u32) -> [f32; 4] {
-        [f32::NAN; 4]
-    }
-    fn aabox(&self, _: u32) -> [glam::Vec3; 2] {
-        [glam::Vec3::NAN; 2]
+
+    #[inline(always)]
+    fn many<L: Wide, const ANY: bool>(
+        &self,
+        geometry: &Geometry,
+        rays: &[Ray],
+        groups: &mut [Group<L>; GROUPS],
+        worker: &mut Worker,
+    ) -> bool {
+        packet::descend::<L, ANY>(self, geometry, rays, groups, worker)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::{DAffine3, DVec3, Vec3};
+    use glam::{DAffine3, DVec3, Vec3, Vec3Swizzles};
 
     use super::*;
     use crate::trace::Tag;
@@ -252,5 +138,26 @@ mod tests {
         assert!(Arc::ptr_eq(&build(&mesh, 5.0, Some(&first)).models[0].1, &first.models[0].1));
         let other = Arc::new(MeshData::clone(&mesh));
         assert!(!Arc::ptr_eq(&build(&other, 5.0, Some(&first)).models[0].1, &first.models[0].1));
+    }
+
+    #[test]
+    fn boxes_are_fitted_until_a_new_tree_is_worth_building() {
+        let balls = |order: fn(usize) -> usize, shift: f32| {
+            let mut geometry = Geometry::default();
+            for i in 0..512 {
+                let n = order(i);
+                let at = Vec3::new((n % 8) as f32, (n / 8 % 8) as f32, (n / 64) as f32);
+                geometry.push_sphere(Tag::default(), at + shift * at.yzx() * 0.01, 0.2);
+            }
+            geometry.finish();
+            geometry
+        };
+        let first = Bvh::build(&balls(|i| i, 0.0), Width::detect(), None);
+        let moved = balls(|i| i, 1.0);
+        let fitted = first.world.refit(&moved).expect("nearly the same");
+        assert_eq!(fitted.nodes.len(), first.world.nodes.len());
+        assert!(fitted.estimate() < 1.1 * build::world(&moved).estimate());
+        // Every ball far from those that were its neighbours.
+        assert!(first.world.refit(&balls(|i| i * 301 % 512, 0.0)).is_none());
     }
 }

@@ -4,11 +4,14 @@
 //! function, so that the chord between its ends bounds it, and the chord of the least bounds that. Four such lines and
 //! the ends make the frustum; a box is met between the depths at which its planes cross them.
 
-use super::packet::{GROUPS, Group};
-use super::walk::MARGIN;
-use super::{LANES, Node, Tree};
+use super::{GROUPS, Group};
+use crate::trace::accel::MARGIN;
+use crate::trace::geometry::Bounds;
 use crate::trace::shapes::finite_recip;
-use crate::trace::simd::{Lanes, Wide};
+use crate::trace::simd::{LANES, Lanes, Wide};
+
+/// Eight boxes: by axis, side (least, greatest) and box.
+type Boxes = [[[f32; LANES]; 2]; 3];
 
 /// A side, as a bound on the depth at which a box can be met: (plane of the box - start) / slope.
 struct Edge<L: Wide> {
@@ -64,14 +67,14 @@ impl<L: Wide> Spread<L> {
         self.high = [self.high[0].max(start), self.high[1].max(end)];
     }
 
-    /// The sides below and above.
+    /// The lines below and above: where they are at the front and at the back.
     #[inline(always)]
-    fn edges(&self, range: [f32; 2], margin: f32) -> [Edge<L>; 2] {
+    fn lines(&self, margin: f32) -> [[f32; 2]; 2] {
         let [low, high] = [self.low, self.high];
         let [low, high] = [[low[0].least(), low[1].least()], [high[0].greatest(), high[1].greatest()]];
         let reach = low[0].abs().max(low[1].abs()).max(high[0].abs()).max(high[1].abs());
         let wide = margin + reach * MARGIN;
-        [Edge::new(low[0] - wide, low[1] - wide, range, true), Edge::new(high[0] + wide, high[1] + wide, range, false)]
+        [[low[0] - wide, low[1] - wide], [high[0] + wide, high[1] + wide]]
     }
 }
 
@@ -113,15 +116,18 @@ pub struct Sight<L: Wide> {
     range: [f32; 2],
     x_edges: [Edge<L>; 2],
     y_edges: [Edge<L>; 2],
+    /// The lines below and above the rays along the other axes: where they are at the front and at the back.
+    x_lines: [[f32; 2]; 2],
+    y_lines: [[f32; 2]; 2],
     columns: [[Column<L>; 3]; GROUPS],
     /// What rounding may do to a depth.
     slack: f32,
 }
 
 impl<L: Wide> Sight<L> {
-    /// `None` if no ray comes near the tree.
+    /// `None` if no ray comes near what has these bounds, and coordinates up to `extent`.
     #[inline(always)]
-    pub fn new(groups: &[Group<L>; GROUPS], tree: &Tree) -> Option<Self> {
+    pub fn new(groups: &[Group<L>; GROUPS], bounds: Bounds, extent: f32) -> Option<Self> {
         let axes = groups[0].beam.axes;
         let z = axes[2];
         let sign = if groups[0].direction[2].store()[0] < 0.0 { -1.0 } else { 1.0 };
@@ -134,8 +140,8 @@ impl<L: Wide> Sight<L> {
             starts = starts.min(z * signs);
             ends = ends.max(z * signs + group.direction[2] * signs * group.t);
         }
-        let margin = (reach.greatest() + tree.extent) * MARGIN;
-        let (low, high) = (tree.bounds.min[z] * sign, tree.bounds.max[z] * sign);
+        let margin = (reach.greatest() + extent) * MARGIN;
+        let (low, high) = (bounds.min[z] * sign, bounds.max[z] * sign);
         let front = Lanes::max(starts.least(), Lanes::min(low, high)) - margin;
         let back = Lanes::min(ends.greatest(), Lanes::max(low, high)) + margin;
         if front >= back {
@@ -150,15 +156,52 @@ impl<L: Wide> Sight<L> {
             across.add(x, dx * per_depth, depth, range);
             along.add(y, dy * per_depth, depth, range);
         }
+        let (x_lines, y_lines) = (across.lines(margin), along.lines(margin));
+        let [[a, b], [c, d]] = x_lines;
+        let x_edges = [Edge::new(a, b, range, true), Edge::new(c, d, range, false)];
+        let [[a, b], [c, d]] = y_lines;
+        let y_edges = [Edge::new(a, b, range, true), Edge::new(c, d, range, false)];
         Some(Sight {
             axes,
             sign,
             range,
-            x_edges: across.edges(range, margin),
-            y_edges: along.edges(range, margin),
+            x_edges,
+            y_edges,
+            x_lines,
+            y_lines,
             columns: [columns(&groups[0], margin), columns(&groups[1], margin)],
             slack: margin,
         })
+    }
+
+    /// The axes, depth last.
+    #[inline(always)]
+    pub fn axes(&self) -> [usize; 3] {
+        self.axes
+    }
+
+    /// Whether depth grows with the coordinate.
+    #[inline(always)]
+    pub fn up(&self) -> bool {
+        self.sign > 0.0
+    }
+
+    /// Depths between which the frustum bounds the rays.
+    #[inline(always)]
+    pub fn range(&self) -> [f32; 2] {
+        self.range
+    }
+
+    /// Least and greatest coordinate of the rays between two depths in its range, along the other axes.
+    #[inline(always)]
+    pub fn across(&self, depths: [f32; 2]) -> [[f32; 2]; 2] {
+        let [front, back] = self.range;
+        let [from, to] = [(depths[0] - front) / (back - front), (depths[1] - front) / (back - front)];
+        let spread = |[low, high]: [[f32; 2]; 2]| {
+            let at = |[start, end]: [f32; 2], share: f32| start + (end - start) * share;
+            [Lanes::min(at(low, from), at(low, to)), Lanes::max(at(high, from), at(high, to))]
+        };
+        [spread(self.x_lines), spread(self.y_lines)]
     }
 
     /// The greatest depth that still matters to any ray.
@@ -181,30 +224,40 @@ impl<L: Wide> Sight<L> {
     /// Children that any ray may meet before the depth `limit`, and from which depth on, counted from the front: not
     /// negative, so that their bits are in their order.
     #[inline(always)]
-    pub fn meet(&self, node: &Node, limit: f32) -> (L, u32) {
+    pub fn meet(&self, boxes: &Boxes, limit: f32) -> (L, u32) {
+        let [x, y, z] = boxes;
+        let x = [L::load(&x[0]), L::load(&x[1])];
+        let y = [L::load(&y[0]), L::load(&y[1])];
+        let z = [L::load(&z[0]), L::load(&z[1])];
+        self.clip([x, y, z], limit)
+    }
+
+    /// As [`Self::meet`], for boxes that are in registers.
+    #[inline(always)]
+    pub fn clip(&self, boxes: [[L; 2]; 3], limit: f32) -> (L, u32) {
         let [x, y, z] = self.axes;
         let sign = L::splat(self.sign);
-        let (low, high) = (L::load(&node.bounds[z][0]) * sign, L::load(&node.bounds[z][1]) * sign);
+        let (low, high) = (boxes[z][0] * sign, boxes[z][1] * sign);
         let (first, last) = if self.sign > 0.0 { (low, high) } else { (high, low) };
         let range = [first.max(L::splat(self.range[0])), last.min(L::splat(limit))];
         // Inside are boxes whose upper plane is above the lower line, and whose lower plane is below the upper one.
         let [below, above] = &self.x_edges;
-        let range = below.clip(L::load(&node.bounds[x][1]), range);
-        let range = above.clip(L::load(&node.bounds[x][0]), range);
+        let range = below.clip(boxes[x][1], range);
+        let range = above.clip(boxes[x][0], range);
         let [below, above] = &self.y_edges;
-        let range = below.clip(L::load(&node.bounds[y][1]), range);
-        let [front, back] = above.clip(L::load(&node.bounds[y][0]), range);
+        let range = below.clip(boxes[y][1], range);
+        let [front, back] = above.clip(boxes[y][0], range);
         (front - L::splat(self.range[0]), L::bits(front.le(back)))
     }
 
     /// Rays of a group that meet the box of one child before their own limits.
     #[inline(always)]
-    pub fn rays(&self, group: usize, node: &Node, child: usize, limits: L) -> u32 {
+    pub fn rays(&self, group: usize, boxes: &Boxes, child: usize, limits: L) -> u32 {
         let child = child & (LANES - 1);
         let [x, y, z] = &self.columns[group & (GROUPS - 1)];
-        let [near_x, far_x] = x.cross(&node.bounds[self.axes[0]], child);
-        let [near_y, far_y] = y.cross(&node.bounds[self.axes[1]], child);
-        let [near_z, far_z] = z.cross(&node.bounds[self.axes[2]], child);
+        let [near_x, far_x] = x.cross(&boxes[self.axes[0]], child);
+        let [near_y, far_y] = y.cross(&boxes[self.axes[1]], child);
+        let [near_z, far_z] = z.cross(&boxes[self.axes[2]], child);
         let near = near_x.max(near_y).max(near_z.max(L::splat(0.0)));
         let far = far_x.min(far_y).min(far_z.min(limits));
         L::bits(near.le(far))

@@ -1,0 +1,207 @@
+//! Walking a grid with one ray.
+
+use glam::Vec3;
+
+use super::{Cell, Content, Grid, Level, Nest};
+use crate::trace::Geometry;
+use crate::trace::accel::Worker;
+use crate::trace::accel::leaves::{Cost, Held, Scope, block};
+use crate::trace::geometry::{Best, Kind};
+use crate::trace::shapes::{Probe, slab};
+use crate::trace::simd::{V3, Wide};
+
+/// A walk of the world's grid; the best so far may already be a hit.
+#[inline(always)]
+pub fn world<L: Wide, const ANY: bool>(
+    grid: &Grid,
+    geometry: &Geometry,
+    probe: &Probe,
+    best: &mut Best,
+    worker: &mut Worker,
+) {
+    worker.next_ray();
+    let cost = nest::<L, ANY>(&grid.world, probe, Scope::WORLD, best, |list, best| {
+        let mut cost = Cost::default();
+        for &n in list {
+            if worker.is_new(n) {
+                cost += other::<L, ANY>(grid, geometry, n, probe, best);
+            }
+        }
+        cost
+    });
+    cost.count(&mut worker.counters);
+}
+
+/// A primitive of a kind that has no lanes.
+#[inline(always)]
+pub fn other<L: Wide, const ANY: bool>(
+    grid: &Grid,
+    geometry: &Geometry,
+    number: u32,
+    probe: &Probe,
+    best: &mut Best,
+) -> Cost {
+    if geometry.kind_of(number) != Kind::Instance {
+        geometry.test(number, probe, best);
+        return Cost { steps: 0, tests: 1 };
+    }
+    let instance = geometry.instance(number);
+    let Some((local, scale, near)) = instance.enter(probe, best.t) else { return Cost::default() };
+    let scope = Scope::of_instance(number, geometry.tag(number).sides, scale, near);
+    nest::<L, ANY>(&grid.models[instance.model as usize].1, &local, scope, best, |_, _| Cost::default())
+}
+
+/// `others` tests a list of primitives of other kinds.
+#[inline(always)]
+fn nest<L: Wide, const ANY: bool>(
+    nest: &Nest,
+    probe: &Probe,
+    scope: Scope,
+    best: &mut Best,
+    mut others: impl FnMut(&[u32], &mut Best) -> Cost,
+) -> Cost {
+    let mut cost = Cost::default();
+    let slack = 2.0 * nest.pad;
+    let per_scale = scope.per_scale();
+    let (mut outer, mut inner) = (None::<Walk>, None::<Walk>);
+    let (mut entered, mut start) = (false, nest.outside);
+    // The run that was met last: a large primitive fills many cells in a row.
+    let mut last = usize::MAX;
+    loop {
+        if start != last {
+            last = start;
+            for child in nest.run(start) {
+                if child.held() == Held::List {
+                    cost += others(&nest.leaves.lists[child.index()][..child.count() as usize], best);
+                } else {
+                    cost.tests += child.count();
+                    block::<L>(&nest.leaves, child, probe, scope, best);
+                }
+            }
+            if ANY && best.found {
+                return cost;
+            }
+        }
+        let limit = best.t * per_scale + slack;
+        if !entered {
+            entered = true;
+            outer = Walk::new(&nest.levels[0], probe, slack, limit);
+        }
+        start = loop {
+            if let Some(walk) = &mut inner {
+                match walk.seek(nest, limit, &mut cost.steps) {
+                    Content::Run(start) => break start,
+                    _ => inner = None,
+                }
+            } else if let Some(walk) = &mut outer {
+                match walk.seek(nest, limit, &mut cost.steps) {
+                    Content::Run(start) => break start,
+                    Content::Level(level) => inner = Walk::new(&nest.levels[level], probe, slack, limit),
+                    Content::Nothing => return cost,
+                }
+            } else {
+                return cost;
+            }
+        };
+    }
+}
+
+/// Where a ray is among the cells, and the planes between them as it meets them.
+struct Walk {
+    /// Position of the cell in the list of all.
+    index: usize,
+    /// What a step along each axis adds to it.
+    stride: [usize; 3],
+    /// Distance to the plane where the ray leaves the cell along each axis: start + plane * pitch.
+    next: Vec3,
+    start: Vec3,
+    pitch: Vec3,
+    plane: Vec3,
+    /// What a step adds to the number of the plane: 1 or -1.
+    toward: Vec3,
+    /// Distance to the plane where the ray leaves the level.
+    end: f32,
+    /// Whether the cell has been looked into.
+    seen: bool,
+}
+
+impl Walk {
+    /// `None` if the ray does not meet the level before `limit`.
+    #[inline(always)]
+    fn new(level: &Level, probe: &Probe, slack: f32, limit: f32) -> Option<Self> {
+        let Level { bounds, counts, size, .. } = level;
+        let [near, far] = slab::<f32>(&probe.beam(), V3::splat(bounds.min), V3::splat(bounds.max));
+        let enter = near.max(0.0);
+        // Written so that a level without bounds is never entered.
+        let meets = enter <= far + slack && enter <= limit;
+        if !meets {
+            return None;
+        }
+        // From the corner first: what is added stays small.
+        let cell = level.cell_of((probe.origin - bounds.min) + probe.direction * enter);
+        let counts = Vec3::new(counts[0] as f32, counts[1] as f32, counts[2] as f32);
+        let at = Vec3::new(cell[0] as f32, cell[1] as f32, cell[2] as f32);
+        let strides = [1, level.counts[0] as usize, level.counts[0] as usize * level.counts[1] as usize];
+        let up = probe.inverse.cmpgt(Vec3::ZERO);
+        let toward = Vec3::select(up, Vec3::ONE, Vec3::NEG_ONE);
+        let start = (bounds.min - probe.origin) * probe.inverse;
+        let pitch = *size * probe.inverse;
+        let plane = Vec3::select(up, at + 1.0, at);
+        let last = Vec3::select(up, counts, Vec3::ZERO);
+        Some(Walk {
+            index: level.first + level.index(cell),
+            stride: [0, 1, 2].map(|axis| if toward[axis] > 0.0 { strides[axis] } else { strides[axis].wrapping_neg() }),
+            next: start + plane * pitch,
+            start,
+            pitch,
+            plane,
+            toward,
+            end: (start + last * pitch).min_element(),
+            seen: false,
+        })
+    }
+
+    /// What the next cell with something in it holds; nothing where there is none before `limit`.
+    #[inline(always)]
+    fn seek(&mut self, nest: &Nest, limit: f32, steps: &mut u32) -> Content {
+        loop {
+            if self.seen && !self.step(limit) {
+                return Content::Nothing;
+            }
+            self.seen = true;
+            *steps += 1;
+            match nest.cells.get(self.index) {
+                Some(&Cell::EMPTY) => {}
+                Some(cell) => return cell.content(),
+                None => return Content::Nothing,
+            }
+        }
+    }
+
+    /// Moves on to the next cell; false at the edge of the level, or where that cell begins beyond `limit`.
+    #[inline(always)]
+    fn step(&mut self, limit: f32) -> bool {
+        let limit = if self.end < limit { self.end } else { limit };
+        // From the start each time: a running sum would drift over a thousand cells. The last plane along each axis is
+        // computed like all others, so that its distance is not below the end and the walk stays inside.
+        macro_rules! step {
+            ($axis:ident, $number:literal) => {{
+                if self.next.$axis >= limit {
+                    return false;
+                }
+                self.index = self.index.wrapping_add(self.stride[$number]);
+                self.plane.$axis += self.toward.$axis;
+                self.next.$axis = self.start.$axis + self.plane.$axis * self.pitch.$axis;
+            }};
+        }
+        let Vec3 { x, y, z } = self.next;
+        if x <= y && x <= z {
+            step!(x, 0);
+        } else if y <= z {
+            step!(y, 1);
+        } else {
+            step!(z, 2);
+        }
+        true
+    }
+}

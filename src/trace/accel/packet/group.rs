@@ -1,0 +1,216 @@
+//! Eight rays side by side against one primitive after the other.
+
+use crate::trace::Ray;
+use crate::trace::accel::leaves::{Child, Cones, Held, Leaves, NO_BACK, NO_FRONT, lanes};
+use crate::trace::geometry::Best;
+use crate::trace::shapes::{self, Beam, Frusta, PARTS};
+use crate::trace::simd::{LANES, V3, Wide};
+
+/// Eight rays, column by column, and their hits so far.
+pub struct Group<L: Wide> {
+    pub beam: Beam<L>,
+    /// Coordinates in the order of the beam's axes.
+    pub origin: [L; 3],
+    pub direction: [L; 3],
+    pub t: L,
+    u: L,
+    v: L,
+    /// Bits of the numbers of primitives.
+    primitive: L,
+    element: L,
+    /// A bit for each ray that has a hit.
+    found: u32,
+}
+
+impl<L: Wide> Group<L> {
+    /// The last ray fills the lanes that are left.
+    #[inline(always)]
+    pub fn new(rays: &[Ray], axes: [usize; 3]) -> Self {
+        let mut columns = [[0.0; LANES]; 7];
+        for lane in 0..LANES {
+            let ray = &rays[lane.min(rays.len() - 1)];
+            let (o, d) = (ray.origin, ray.direction);
+            let [x, y, z] = axes;
+            for (column, x) in columns.iter_mut().zip([o[x], o[y], o[z], d[x], d[y], d[z], ray.t_max]) {
+                column[lane] = x;
+            }
+        }
+        let [ox, oy, oz, dx, dy, dz, t] = &columns;
+        let origin = [L::load(ox), L::load(oy), L::load(oz)];
+        let direction = [L::load(dx), L::load(dy), L::load(dz)];
+        let zero = L::splat(0.0);
+        Group {
+            beam: Beam::of_rays(axes, origin, direction),
+            origin,
+            direction,
+            t: L::load(t),
+            u: zero,
+            v: zero,
+            primitive: zero,
+            element: zero,
+            found: 0,
+        }
+    }
+
+    /// Hits so far, ray by ray.
+    #[inline(always)]
+    pub fn bests(&self) -> [Best; LANES] {
+        let [t, u, v] = [self.t.store(), self.u.store(), self.v.store()];
+        let [primitive, element] = [self.primitive.store(), self.element.store()];
+        let mut bests = [Best::within(0.0); LANES];
+        for (i, best) in bests.iter_mut().enumerate() {
+            let (primitive, element) = (primitive[i].to_bits(), element[i].to_bits());
+            *best = Best { t: t[i], primitive, element, u: u[i], v: v[i], found: self.found >> i & 1 == 1 };
+        }
+        bests
+    }
+
+    /// Takes hits back into the lanes.
+    #[inline(always)]
+    pub fn set(&mut self, bests: &[Best; LANES]) {
+        let mut columns = [[0.0; LANES]; 5];
+        self.found = 0;
+        for (i, best) in bests.iter().enumerate() {
+            columns[0][i] = best.t;
+            columns[1][i] = best.u;
+            columns[2][i] = best.v;
+            columns[3][i] = f32::from_bits(best.primitive);
+            columns[4][i] = f32::from_bits(best.element);
+            self.found |= u32::from(best.found) << i;
+        }
+        let [t, u, v, primitive, element] = &columns;
+        (self.t, self.u, self.v) = (L::load(t), L::load(u), L::load(v));
+        (self.primitive, self.element) = (L::load(primitive), L::load(element));
+    }
+
+    /// Keeps the hits of one primitive that are nearer than the best so far, or as near and lower in number.
+    #[inline(always)]
+    fn offer<const ANY: bool>(&mut self, hit: L::Mask, t: L, u: L, v: L, number: u32, element: u32) {
+        let nearer = L::both(hit, t.lt(self.t));
+        let level = L::bits(L::both(hit, t.le(self.t))) & !L::bits(nearer) & self.found;
+        if level != 0 && !ANY {
+            let mut bests = self.bests();
+            let (t, u, v) = (t.store(), u.store(), v.store());
+            for lane in lanes(level) {
+                bests[lane].offer(t[lane], number, element, u[lane], v[lane]);
+            }
+            self.set(&bests);
+        }
+        self.found |= L::bits(nearer);
+        // Nothing is before minus infinity: a ray that asks for any hit is done.
+        let t = if ANY { L::splat(f32::NEG_INFINITY) } else { t };
+        self.t = L::select(nearer, t, self.t);
+        self.u = L::select(nearer, u, self.u);
+        self.v = L::select(nearer, v, self.v);
+        self.primitive = L::select(nearer, L::splat(f32::from_bits(number)), self.primitive);
+        self.element = L::select(nearer, L::splat(f32::from_bits(element)), self.element);
+    }
+
+    /// Tests the primitives of a block that have a bit in `which`, one after the other; not a list.
+    #[inline(always)]
+    pub fn block<const ANY: bool>(&mut self, leaves: &Leaves, child: Child, which: u32) {
+        match child.held() {
+            Held::Triangles => {
+                let block = &leaves.triangles[child.index()];
+                for lane in lanes(which) {
+                    self.triangle::<ANY>(&block.corners, lane & (LANES - 1), block.numbers[lane & (LANES - 1)]);
+                }
+            }
+            Held::Spheres => {
+                let block = &leaves.spheres[child.index()];
+                for lane in lanes(which) {
+                    let lane = lane & (LANES - 1);
+                    let (met, span) =
+                        shapes::sphere(&self.beam, pick(&block.center, lane), L::splat(block.radius[lane]));
+                    self.span::<ANY>(met, span, block.numbers[lane]);
+                }
+            }
+            Held::Boxes => {
+                let block = &leaves.boxes[child.index()];
+                for lane in lanes(which) {
+                    let lane = lane & (LANES - 1);
+                    let span = shapes::slab(&self.beam, pick(&block.min, lane), pick(&block.max, lane));
+                    self.span::<ANY>(span[0].le(span[1]), span, block.numbers[lane]);
+                }
+            }
+            Held::Cones => {
+                let block = &leaves.cones[child.index()];
+                for lane in lanes(which) {
+                    self.cone::<ANY>(block, lane & (LANES - 1));
+                }
+            }
+            Held::List | Held::Node => {}
+        }
+    }
+
+    #[inline(always)]
+    fn triangle<const ANY: bool>(&mut self, corners: &[[[f32; LANES]; 3]; 3], lane: usize, number: u32) {
+        let [x, y, z] = self.beam.axes;
+        let [a, b, c] = corners;
+        let a = V3 { x: L::splat(a[x][lane]), y: L::splat(a[y][lane]), z: L::splat(a[z][lane]) };
+        let b = V3 { x: L::splat(b[x][lane]), y: L::splat(b[y][lane]), z: L::splat(b[z][lane]) };
+        let c = V3 { x: L::splat(c[x][lane]), y: L::splat(c[y][lane]), z: L::splat(c[z][lane]) };
+        let Some(hits) = shapes::triangle(&self.beam, [a, b, c]) else { return };
+        let mut hit = hits.hit;
+        if number & NO_FRONT != 0 {
+            hit = L::both(hit, L::not(hits.front));
+        }
+        if number & NO_BACK != 0 {
+            hit = L::both(hit, hits.front);
+        }
+        let number = number & !(NO_FRONT | NO_BACK);
+        self.offer::<ANY>(hit, hits.t, hits.u, hits.v, number, number);
+    }
+
+    #[inline(always)]
+    fn cone<const ANY: bool>(&mut self, block: &Cones, lane: usize) {
+        let zero = L::splat(0.0);
+        let [near, far] = shapes::slab(&self.beam, pick(&block.min, lane), pick(&block.max, lane));
+        let open = L::both(near.le(far), L::both(zero.lt(far), near.le(self.t)));
+        if !L::any(open) {
+            return;
+        }
+        let columns = Frusta {
+            base: pick(&block.base, lane),
+            axis: pick(&block.axis, lane),
+            height: L::splat(block.height[lane]),
+            base_radius: L::splat(block.base_radius[lane]),
+            slope: L::splat(block.slope[lane]),
+            capped: L::splat(block.capped[lane]),
+        };
+        let crossings = shapes::frustum(&self.beam, &columns);
+        let number = block.numbers[lane];
+        for (crossing, part) in crossings.iter().zip(PARTS) {
+            let mut hit = L::both(open, crossing.met);
+            if number & NO_FRONT != 0 {
+                hit = L::both(hit, L::not(crossing.enters));
+            }
+            if number & NO_BACK != 0 {
+                hit = L::both(hit, crossing.enters);
+            }
+            let t = crossing.t.max(near).min(far);
+            if L::any(L::both(hit, t.le(self.t))) {
+                let code = L::splat(part as u8 as f32);
+                self.offer::<ANY>(hit, t, t, code, number & !(NO_FRONT | NO_BACK), 0);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn span<const ANY: bool>(&mut self, met: L::Mask, [near, far]: [L; 2], number: u32) {
+        let zero = L::splat(0.0);
+        let enters = if number & NO_FRONT == 0 { zero.lt(near) } else { zero.lt(zero) };
+        let leaves = if number & NO_BACK == 0 { zero.lt(far) } else { zero.lt(zero) };
+        let t = L::select(enters, near, far);
+        let hit = L::both(met, L::either(enters, leaves));
+        if L::any(L::both(hit, t.le(self.t))) {
+            self.offer::<ANY>(hit, t, t, zero, number & !(NO_FRONT | NO_BACK), 0);
+        }
+    }
+}
+
+/// One vector of three columns, in every lane.
+#[inline(always)]
+fn pick<L: Wide>(columns: &[[f32; LANES]; 3], lane: usize) -> V3<L> {
+    V3 { x: L::splat(columns[0][lane]), y: L::splat(columns[1][lane]), z: L::splat(columns[2][lane]) }
+}
