@@ -108,7 +108,17 @@ pub fn make(shot: &mut Shot, wanted: &[u32], target: Target) -> Result<Plan, Dia
         let hash = hash.unwrap_or_default();
         before = now;
         let file = target.path(*frame);
-        frames.push(Planned { frame: *frame, file, outline, hash, changes, group, twin: None, reuse: Reuse::None, state: State::Missing });
+        frames.push(Planned {
+            frame: *frame,
+            file,
+            outline,
+            hash,
+            changes,
+            group,
+            twin: None,
+            reuse: Reuse::None,
+            state: State::Missing,
+        });
     }
     find_kin(&mut frames);
     let manifest = target.folder().map(|folder| Manifest::read(&folder));
