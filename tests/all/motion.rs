@@ -200,14 +200,15 @@ fn renders(edits: &[Edit]) -> Vec<&Render> {
 }
 
 #[test]
-fn a_mistake_between_frames_is_found_before_anything_is_rendered() {
+fn a_mistake_between_frames_is_found_and_keeps_to_its_frame() {
     let desk = show();
     let mistake = SHOW.replace("if f.t", "if f.number == 3 && f.t > 0.67 && f.t < 0.7 { s.get(\"bal\"); }\nif f.t");
     desk.write("wrong.rhai", mistake);
     let said = ["wrong.rhai:8:", "in frame 3: there is no entity `bal`", "did you mean `ball`?"];
     desk.anim("check wrong.rhai").fails(3, &said);
-    desk.anim("wrong.rhai -o out").fails(3, &said);
-    assert!(!desk.exists("out"));
+    // The other frames are made.
+    desk.anim("wrong.rhai -o out").fails(4, &said);
+    assert!(desk.exists("out/wrong.0002.png") && !desk.exists("out/wrong.0003.png"));
     let behind = SHOW.replace(
         "if f.t",
         "s.camera.aperture = 0.1; if f.t > 0.4 && f.t < 0.5 { s.camera.focus = [0, 2, 99]; }\nif f.t",

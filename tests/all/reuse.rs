@@ -68,12 +68,12 @@ fn colours_of_lights_cost_one_frame() {
         }"#;
     desk.write("a.ron", ROOM).write("a.rhai", script);
     for integrator in INTEGRATORS {
-        let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator}"));
+        let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 32x24"));
         // Three passes, traced in the first of six frames.
         assert_eq!((sum(&run, "passes"), sum(&run, "passes_kept")), (18, 15));
         // A few of the frames are what they are among all.
-        desk.anim(&format!("a.rhai -o some/ --integrator {integrator} --frames 4,2")).ok();
-        desk.anim(&format!("a.rhai -o all/ --integrator {integrator} --reuse-memory 0")).ok();
+        desk.anim(&format!("a.rhai -o some/ --size 32x24 --integrator {integrator} --frames 4,2")).ok();
+        desk.anim(&format!("a.rhai -o all/ --size 32x24 --integrator {integrator} --reuse-memory 0")).ok();
         let all = pictures(&desk, "all/");
         assert!(pictures(&desk, "some/").iter().all(|(name, bytes)| all[name] == *bytes));
     }
@@ -86,9 +86,9 @@ fn a_sum_of_passes_is_the_light_of_all_lights() {
                   fn frame(s, f) { s.get(\"key\").color = [0.3, 0.4 * f.index, 0.5]; }";
     desk.write("a.ron", ROOM).write("a.rhai", script);
     for integrator in INTEGRATORS {
-        desk.anim(&format!("a.rhai -o out --integrator {integrator} --spp 64")).ok();
+        desk.anim(&format!("a.rhai -o out --integrator {integrator} --size 16x12 --spp 256")).ok();
         desk.write("b.ron", ROOM.replace("color: (0.7, 0.7, 0.6)", "color: (0.3, 0.4, 0.5)"));
-        desk.anim(&format!("b.ron -o b.png --integrator {integrator} --spp 64")).ok();
+        desk.anim(&format!("b.ron -o b.png --integrator {integrator} --size 16x12 --spp 256")).ok();
         // Paths choose lights by another chance then, and are noisy.
         let tolerance = if integrator == "path" { 0.2 } else { 0.005 };
         desk.anim(&format!("diff out/a.0002.png b.png --tolerance {tolerance}")).ok();
@@ -106,7 +106,7 @@ fn a_body_that_moves_costs_the_tiles_that_see_it() {
         }"#;
     desk.write("a.ron", ROOM).write("a.rhai", script);
     for integrator in INTEGRATORS {
-        let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 128x96 --spp 1"));
+        let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 96x64 --spp 1"));
         let (tiles, kept) = (sum(&run, "tiles"), sum(&run, "tiles_kept"));
         assert!(integrator == "path" || kept * 3 > tiles, "{integrator}: {kept} of {tiles}");
     }
@@ -153,10 +153,10 @@ fn random_edits_give_the_bytes_of_a_fresh_run() {
     let desk = Desk::new();
     desk.write("a.ron", ROOM);
     let mut kept = 0;
-    for seed in 0..3 {
+    for seed in 0..2 {
         desk.write("a.rhai", random_script(seed));
         for integrator in INTEGRATORS {
-            let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 112x80 --spp 1"));
+            let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 80x64 --spp 1"));
             kept += sum(&run, "tiles_kept");
         }
     }
