@@ -18,6 +18,8 @@ mod motion;
 mod oracles;
 #[path = "all/photon.rs"]
 mod photon;
+#[path = "all/reuse.rs"]
+mod reuse;
 #[path = "all/sequence.rs"]
 mod sequence;
 #[path = "all/textures.rs"]

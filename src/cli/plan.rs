@@ -9,7 +9,7 @@ use super::{Exit, print, say};
 use crate::base::diagnostics::Diagnostics;
 use crate::output::State;
 use crate::shot::outline::Part;
-use crate::shot::plan::{self, Plan, Planned};
+use crate::shot::plan::{self, Plan, Planned, Reuse};
 
 #[derive(clap::Args)]
 #[command(after_help = "State of a frame:
@@ -50,14 +50,16 @@ fn lines(plan: &Plan) -> String {
             Err(problems) => json!({
                 "frame": planned.frame, "file": file, "state": "wrong", "problems": problems.to_string(),
             }),
-            Ok(outline) => json!({
+            Ok(_) => json!({
                 "frame": planned.frame,
                 "file": file,
                 "hash": planned.hash.to_string(),
                 "state": planned.state.word(),
                 "changed": planned.changes.as_deref().map(words),
                 "same_as": planned.twin,
-                "cost": if planned.twin.is_some() { 0.0 } else { outline.cost },
+                "reuse": planned.reuse.word(),
+                "passes": planned.group.as_ref().map_or(1, |group| group.passes.count()),
+                "cost": planned.cost(),
             }),
         };
         format!("{value}\n")
@@ -75,7 +77,8 @@ fn table(plan: &Plan) -> String {
             (Err(_), ..) => "(has mistakes)".to_string(),
             (_, Some(first), _) => format!("(same as frame {first})"),
             (_, _, None) => String::new(),
-            (_, _, Some(changes)) => words(changes).join(" "),
+            (_, _, Some(changes)) if planned.reuse == Reuse::None => words(changes).join(" "),
+            (_, _, Some(changes)) => format!("{} (keeps {})", words(changes).join(" "), planned.reuse.word()),
         };
         let state = if planned.outline.is_ok() { state.word() } else { "wrong" };
         let hash = &planned.hash.to_string()[..8];
@@ -88,7 +91,8 @@ fn table(plan: &Plan) -> String {
     let wrong = (plan.mistakes().count(), "wrong");
     let parts: Vec<String> =
         counted.chain([wrong]).filter(|(n, _)| *n > 0).map(|(n, word)| format!("{n} {word}")).collect();
-    let to_trace = plan.frames.iter().filter(|p| p.outline.is_ok() && p.state != State::Done && p.twin.is_none());
+    let is_traced = |p: &Planned| matches!(p.reuse, Reuse::None | Reuse::Tiles);
+    let to_trace = plan.frames.iter().filter(|p| p.outline.is_ok() && p.state != State::Done && is_traced(p));
     let _ = writeln!(text, "{}; {} to trace", parts.join(", "), to_trace.count());
     text
 }

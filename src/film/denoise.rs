@@ -29,6 +29,8 @@ const LUMINANCE: f32 = 1.0;
 const NORMAL: f32 = 0.3;
 const DEPTH: f32 = 0.02;
 const ALBEDO: f32 = 0.25;
+/// A difference beyond which a neighbour counts for nothing: less than a thirtieth of a thousandth.
+const STRANGER: f32 = 10.5;
 /// Least albedo that colour is divided by.
 const DARKEST: f32 = 0.02;
 
@@ -148,11 +150,12 @@ impl Told<'_> {
             for (i, across) in KERNEL.iter().enumerate() {
                 let Some(u) = (x + i * step).checked_sub(2 * step).filter(|u| *u < width) else { continue };
                 let there = v * width + u;
-                let apart = if there == here {
-                    0.0
-                } else {
-                    self.apart(here, there, [u as f32 - x as f32, v as f32 - y as f32])
-                };
+                let shift = [u as f32 - x as f32, v as f32 - y as f32];
+                let apart = if there == here { 0.0 } else { self.apart(here, there, shift) };
+                // Such a neighbour would not show, and costs an exponential.
+                if apart > STRANGER {
+                    continue;
+                }
                 let weight = across * down * libm::expf(-apart);
                 color += self.light[there].color * weight;
                 variance += self.light[there].variance * weight * weight;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::Shot;
 use super::groups::{self, Group, Groups};
@@ -33,7 +33,32 @@ pub struct Planned {
     pub group: Option<Arc<Group>>,
     /// The first frame of the plan with the same pixels, if it is another one.
     pub twin: Option<u32>,
+    /// What rendering is expected to take from frames before it.
+    pub reuse: Reuse,
     pub state: State,
+}
+
+/// Where the work for a frame is from, as far as a plan can tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reuse {
+    None,
+    /// A frame with the same pixels.
+    Copy,
+    /// Passes of a frame that differs in colours of lights alone.
+    Passes,
+    /// Tiles of the frame before, where they cannot have changed.
+    Tiles,
+}
+
+impl Reuse {
+    pub fn word(self) -> &'static str {
+        match self {
+            Reuse::None => "none",
+            Reuse::Copy => "copy",
+            Reuse::Passes => "passes",
+            Reuse::Tiles => "tiles",
+        }
+    }
 }
 
 impl Planned {
@@ -41,10 +66,10 @@ impl Planned {
         Making { source: source.to_string(), frame: self.frame, hash: self.hash }
     }
 
-    /// What it costs beside its kin: only the first of equal frames is traced.
+    /// What it costs beside its kin. How many tiles will be kept nobody knows before.
     pub fn cost(&self) -> f64 {
-        match (&self.outline, self.twin) {
-            (Ok(outline), None) => outline.cost,
+        match (&self.outline, self.reuse) {
+            (Ok(outline), Reuse::None | Reuse::Tiles) => outline.cost,
             _ => 0.0,
         }
     }
@@ -83,9 +108,19 @@ pub fn make(shot: &mut Shot, wanted: &[u32], target: Target) -> Result<Plan, Dia
         let hash = hash.unwrap_or_default();
         before = now;
         let file = target.path(*frame);
-        frames.push(Planned { frame: *frame, file, outline, hash, changes, group, twin: None, state: State::Missing });
+        frames.push(Planned {
+            frame: *frame,
+            file,
+            outline,
+            hash,
+            changes,
+            group,
+            twin: None,
+            reuse: Reuse::None,
+            state: State::Missing,
+        });
     }
-    find_twins(&mut frames);
+    find_kin(&mut frames);
     let manifest = target.folder().map(|folder| Manifest::read(&folder));
     Ok(Plan { frames, target, manifest })
 }
@@ -105,7 +140,7 @@ impl Plan {
             let shard = ((middle * f64::from(n)) as u32).min(n - 1);
             shard + 1 == i
         });
-        find_twins(&mut self.frames);
+        find_kin(&mut self.frames);
     }
 
     /// Looks at what is there under the names of the frames.
@@ -132,11 +167,21 @@ impl Plan {
 /// What a frame costs that is not traced.
 const WRITING: f64 = 0.1;
 
-fn find_twins(frames: &mut [Planned]) {
+fn find_kin(frames: &mut [Planned]) {
     let mut first: FxHashMap<Digest, u32> = FxHashMap::default();
-    for planned in frames.iter_mut().filter(|planned| planned.outline.is_ok()) {
+    let mut groups: FxHashSet<Digest> = FxHashSet::default();
+    let mut before: Option<Outline> = None;
+    for planned in frames.iter_mut() {
+        let Ok(outline) = &planned.outline else { continue };
         let known = *first.entry(planned.hash).or_insert(planned.frame);
         planned.twin = (known != planned.frame).then_some(known);
+        planned.reuse = match &planned.group {
+            _ if planned.twin.is_some() => Reuse::Copy,
+            Some(group) if !groups.insert(group.hash) => Reuse::Passes,
+            None if before.as_ref().is_some_and(|before| before.stands_still_with(outline)) => Reuse::Tiles,
+            _ => Reuse::None,
+        };
+        before = planned.group.is_none().then(|| outline.clone());
     }
 }
 

@@ -59,7 +59,8 @@ impl Keeper {
     /// A frame of a group whose passes are kept.
     pub fn sum(&self, group: &Group, factors: &[Vec3]) -> Option<(Film, Render, FrameStats)> {
         let passes = self.passes.as_ref().filter(|passes| passes.hash == group.hash)?;
-        let film = systems::sum_of(&passes.films, factors)?;
+        let (first, others) = passes.films.split_first()?;
+        let film = systems::sum_of(first, others, factors);
         let (count, seed) = (passes.films.len(), passes.seed);
         let stats = FrameStats {
             seed,
@@ -174,6 +175,8 @@ fn bodies_in(input: &Input, stage: &mut Stage, frames: &[u32]) -> Option<Vec<Vec
         moved.push(found?);
     }
     let all: BTreeSet<usize> = moved.iter().flat_map(BTreeMap::keys).copied().collect();
+    // Taking edits back leaves placements to whoever asks next.
+    systems::place(stage).ok()?;
     let at_rest: BTreeMap<usize, Body> = all.iter().map(|i| (*i, systems::body(stage, *i))).collect();
     let in_frame =
         |moved: &BTreeMap<usize, Body>| all.iter().map(|i| moved.get(i).unwrap_or(&at_rest[i]).clone()).collect();

@@ -207,11 +207,13 @@ fn expose(
     if group.is_none() {
         keeper.take_back(&mut exposure, index);
     }
-    let Some((films, stats)) = exposure.develop() else { return Ok(None) };
-    let Some(film) = systems::sum_of(&films, &factors) else { return Ok(None) };
-    if let Some(group) = group {
-        keeper.keep_passes(group, films, &render, stats.seed, &run[index + 1..]);
-    }
+    let Some((mut films, stats)) = exposure.develop() else { return Ok(None) };
+    let Some(group) = group else {
+        return Ok(films.pop().map(|film| Exposed { frames, film, render, stats, start }));
+    };
+    let Some((first, others)) = films.split_first() else { return Ok(None) };
+    let film = systems::sum_of(first, others, &factors);
+    keeper.keep_passes(group, films, &render, stats.seed, &run[index + 1..]);
     Ok(Some(Exposed { frames, film, render, stats, start }))
 }
 

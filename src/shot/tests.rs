@@ -46,14 +46,19 @@ fn flip(before: &Value, set: Set) -> bool {
     values.extend([vector.clone(), list(&vector, 2), list(&vector, 3), Value::Map(Vec::new())]);
     values.extend([2, 3, 4].map(|n| list(&Value::Int(5), n)));
     values.push(list(&list(&Value::Int(0), 3), 1));
-    match set(&Value::Text("other".into())) {
-        // A choice names its words.
-        Err(FieldError::Mismatch(m)) if m.message.starts_with("expected one of ") => {
-            let words = m.message["expected one of ".len()..].split(", ").filter(|word| !word.contains(' '));
-            values.extend(words.map(|word| Value::Text(word.into())));
+    values.extend([1, 3].map(|n| list(&list(&Value::Number(0.375), 2), n)));
+    let other = Value::Text("other".into());
+    for (guess, many) in [(other.clone(), false), (list(&other, 1), true)] {
+        match set(&guess) {
+            // A choice names its words.
+            Err(FieldError::Mismatch(m)) if m.message.starts_with("expected one of ") => {
+                let words = m.message["expected one of ".len()..].split(", ").filter(|word| !word.contains(' '));
+                let words = words.map(|word| Value::Text(word.into()));
+                values.extend(words.map(|word| if many { list(&word, 1) } else { word }));
+            }
+            Ok(now) if now != *before => return true,
+            _ => {}
         }
-        Ok(now) if now != *before => return true,
-        _ => {}
     }
     values.iter().any(|value| set(value).is_ok_and(|now| now != *before))
 }

@@ -107,7 +107,7 @@ pub fn affected(stage: &Stage, edits: &[Edit]) -> Option<BTreeSet<usize>> {
     for edit in edits {
         match edit {
             Edit::Put { entity, .. } | Edit::Take { entity, .. } | Edit::Despawn { entity } => {
-                drop(found.insert(*entity))
+                found.insert(*entity);
             }
             Edit::Material { index, .. } => drop(materials.insert(*index)),
             // The numbers of materials are part of a picture's layers.

@@ -28,6 +28,7 @@ mod still;
 pub use animate::{Undo, animate, undo};
 pub use bodies::{Body, affected, body};
 pub use collect::collect;
+pub use hierarchy::update as place;
 pub use lights::Passes;
 pub use render::{Exposure, FrameStats, check, expose, forget, render, sum_of};
 pub use spawn::spawn;

@@ -92,15 +92,14 @@ fn gather_of(gather: Gather, pass: usize) -> Gather {
 }
 
 /// The picture that passes add up to, each but the first by its factor, in their order.
-pub fn sum_of(films: &[Film], factors: &[Vec3]) -> Option<Film> {
-    let (first, others) = films.split_first()?;
+pub fn sum_of(first: &Film, others: &[Film], factors: &[Vec3]) -> Film {
     let mut film = first.clone();
     for (other, factor) in others.iter().zip(factors) {
         for (sum, color) in film.pixels.iter_mut().zip(&other.pixels) {
             *sum = (Vec3::from(*sum) + Vec3::from(*color) * *factor).to_array();
         }
     }
-    Some(film)
+    film
 }
 
 impl Plate {

@@ -200,12 +200,13 @@ fn renders(edits: &[Edit]) -> Vec<&Render> {
 }
 
 #[test]
-fn a_mistake_between_frames_is_found() {
+fn a_mistake_between_frames_is_found_and_keeps_to_its_frame() {
     let desk = show();
     let mistake = SHOW.replace("if f.t", "if f.number == 3 && f.t > 0.67 && f.t < 0.7 { s.get(\"bal\"); }\nif f.t");
     desk.write("wrong.rhai", mistake);
     let said = ["wrong.rhai:8:", "in frame 3: there is no entity `bal`", "did you mean `ball`?"];
     desk.anim("check wrong.rhai").fails(3, &said);
+    // The other frames are made.
     desk.anim("wrong.rhai -o out").fails(4, &said);
     assert!(desk.exists("out/wrong.0002.png") && !desk.exists("out/wrong.0003.png"));
     let behind = SHOW.replace(

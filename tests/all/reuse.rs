@@ -1,0 +1,164 @@
+//! What frames share is traced once, and no byte shows it.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use crate::tool::{Desk, Run};
+
+fn sum(run: &Run, key: &str) -> u64 {
+    let number = |line: &str| serde_json::from_str::<serde_json::Value>(line).unwrap()[key].as_u64().unwrap();
+    run.stdout.lines().map(number).sum()
+}
+
+fn pictures(desk: &Desk, folder: &str) -> BTreeMap<String, Vec<u8>> {
+    let files = desk.files().into_iter().filter(|file| file.ends_with(".png"));
+    files.filter_map(|file| Some((file.strip_prefix(folder)?.to_string(), desk.read(&file)))).collect()
+}
+
+/// Renders a script as it is, frame by frame without reuse, and on two shards; gives the statistics of the first.
+#[track_caller]
+fn same_bytes(desk: &Desk, name: &str, more: &str) -> Run {
+    let run = desk.anim(&format!("{name} -o kept/ --stats json {more}")).ok();
+    let fresh = desk.anim(&format!("{name} -o fresh/ --no-reuse --threads 1 --stats json {more}")).ok();
+    assert_eq!(sum(&fresh, "tiles_kept") + sum(&fresh, "passes_kept"), 0);
+    for shard in 1..=2 {
+        desk.anim(&format!("{name} -o shards/ --shard {shard}/2 {more}")).ok();
+    }
+    let kept = pictures(desk, "kept/");
+    for folder in ["fresh/", "shards/"] {
+        for (name, bytes) in pictures(desk, folder) {
+            assert!(kept[&name] == bytes, "{folder}{name} differs {more}");
+        }
+    }
+    for folder in ["kept", "fresh", "shards"] {
+        std::fs::remove_dir_all(desk.path(folder)).unwrap();
+    }
+    run
+}
+
+const ROOM: &str = r#"(
+    camera: (from: (0.0, 3.0, 8.0), at: (0.0, 0.5, 0.0)),
+    render: (size: (64, 48), samples: 4, background: (0.1, 0.1, 0.2), max_depth: 4),
+    materials: {
+        "mirror": (diffuse: 0.2, specular: 0.7, gloss: 0.05),
+        "glass": (diffuse: 0.0, specular: 0.4, transmission: 1.0, ior: 1.5),
+        "red": (color: (0.8, 0.1, 0.1)),
+    },
+    entities: [
+        (name: "floor", aabox: (min: (-9.0, -0.2, -9.0), max: (9.0, 0.0, 9.0))),
+        (name: "wall", aabox: (min: (-9.0, 0.0, -9.2), max: (9.0, 6.0, -9.0)), material: "mirror"),
+        (name: "a", sphere: (radius: 0.7), transform: (translation: (-1.5, 0.7, 0.0)), material: "glass"),
+        (name: "b", sphere: (radius: 0.5), transform: (translation: (1.5, 0.5, 1.0)), material: "red"),
+        (name: "c", cone: (), transform: (translation: (0.3, 0.0, -2.0), parent: "b"), material: "mirror"),
+        (name: "key", point_light: (position: (3.0, 6.0, 4.0), color: (0.7, 0.7, 0.6))),
+        (name: "fill", area_light: (size: (2.0, 2.0), color: (9.0, 9.0, 12.0), falloff: InverseSquare),
+            transform: (translation: (-4.0, 5.0, 2.0))),
+    ],
+)"#;
+
+const INTEGRATORS: [&str; 3] = ["whitted", "distribution", "path"];
+
+#[test]
+fn colours_of_lights_cost_one_frame() {
+    let desk = Desk::new();
+    let script = r#"animation(#{ scene: "a.ron", frames: 6 });
+        fn frame(s, f) {
+            if f.number < 6 { s.get("key").color = [f.t, 0.5, 1.0 - f.t]; }
+            s.get("fill").area_light.color = if f.number == 3 { [0, 0, 0] } else { [9.0 * f.t, 3, 1] };
+        }"#;
+    desk.write("a.ron", ROOM).write("a.rhai", script);
+    for integrator in INTEGRATORS {
+        let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 32x24"));
+        // Three passes, traced in the first of six frames.
+        assert_eq!((sum(&run, "passes"), sum(&run, "passes_kept")), (18, 15));
+        // A few of the frames are what they are among all.
+        desk.anim(&format!("a.rhai -o some/ --size 32x24 --integrator {integrator} --frames 4,2")).ok();
+        desk.anim(&format!("a.rhai -o all/ --size 32x24 --integrator {integrator} --reuse-memory 0")).ok();
+        let all = pictures(&desk, "all/");
+        assert!(pictures(&desk, "some/").iter().all(|(name, bytes)| all[name] == *bytes));
+    }
+}
+
+#[test]
+fn a_sum_of_passes_is_the_light_of_all_lights() {
+    let desk = Desk::new();
+    let script = "animation(#{ scene: \"a.ron\", frames: 2 });\n\
+                  fn frame(s, f) { s.get(\"key\").color = [0.3, 0.4 * f.index, 0.5]; }";
+    desk.write("a.ron", ROOM).write("a.rhai", script);
+    for integrator in INTEGRATORS {
+        desk.anim(&format!("a.rhai -o out --integrator {integrator} --size 16x12 --spp 256")).ok();
+        desk.write("b.ron", ROOM.replace("color: (0.7, 0.7, 0.6)", "color: (0.3, 0.4, 0.5)"));
+        desk.anim(&format!("b.ron -o b.png --integrator {integrator} --size 16x12 --spp 256")).ok();
+        // Paths choose lights by another chance then, and are noisy.
+        let tolerance = if integrator == "path" { 0.2 } else { 0.005 };
+        desk.anim(&format!("diff out/a.0002.png b.png --tolerance {tolerance}")).ok();
+    }
+}
+
+#[test]
+fn a_body_that_moves_costs_the_tiles_that_see_it() {
+    let desk = Desk::new();
+    let script = r#"animation(#{ scene: "a.ron", frames: 5 });
+        fn frame(s, f) {
+            s.get("b").translation = [1.5 + 0.1 * f.index, 0.5, 1.0];
+            if f.number == 3 { s.get("b").material = "glass"; }
+            if f.number == 4 { s.spawn(#{ sphere: #{ radius: 0.2 }, translation: [-3, 0.2, 3] }); }
+        }"#;
+    desk.write("a.ron", ROOM).write("a.rhai", script);
+    for integrator in INTEGRATORS {
+        let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 96x64 --spp 1"));
+        let (tiles, kept) = (sum(&run, "tiles"), sum(&run, "tiles_kept"));
+        assert!(integrator == "path" || kept * 3 > tiles, "{integrator}: {kept} of {tiles}");
+    }
+}
+
+/// A small generator of its own: scripts of this test are the same everywhere.
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self, sides: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % sides
+    }
+}
+
+/// A script whose frames change one thing or another.
+fn random_script(seed: u64) -> String {
+    let mut dice = Dice(seed);
+    let mut script = String::from("animation(#{ scene: \"a.ron\", frames: 6 });\nfn frame(s, f) {\n");
+    for frame in 1..=6 {
+        for _ in 0..dice.roll(3) {
+            let x = dice.roll(40) as f64 / 10.0 - 2.0;
+            let edit = match dice.roll(14) {
+                0 | 11 => format!("s.get(\"a\").translation = [{x}, 0.7, 0.5];"),
+                1 | 12 => format!("s.get(\"b\").translation = [{x}, 0.5, 1.5];"),
+                2 => format!("s.get(\"c\").scale = {};", x + 3.0),
+                3 => format!("s.material(\"red\").color = [0.5, {}, 0.1];", x.abs()),
+                4 => format!("s.get(\"key\").color = [{}, 0.5, 0.5];", x.abs()),
+                5 => format!("s.spawn(#{{ aabox: #{{}}, translation: [{x}, 0.5, 3.0], material: \"red\" }});"),
+                6 => "s.despawn(s.get(\"c\"));".into(),
+                7 => format!("s.camera.fov = {};", 40.0 + x),
+                8 => format!("s.get(\"fill\").translation = [{x}, 5, 2];"),
+                9 => "s.material(\"red\").emission = [1, 1, 0];".into(),
+                _ => format!("s.get(\"a\").material = \"{}\";", if x > 0.0 { "red" } else { "mirror" }),
+            };
+            let _ = writeln!(script, "    if f.number == {frame} {{ {edit} }}");
+        }
+    }
+    script + "}"
+}
+
+#[test]
+fn random_edits_give_the_bytes_of_a_fresh_run() {
+    let desk = Desk::new();
+    desk.write("a.ron", ROOM);
+    let mut kept = 0;
+    for seed in 0..2 {
+        desk.write("a.rhai", random_script(seed));
+        for integrator in INTEGRATORS {
+            let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 80x64 --spp 1"));
+            kept += sum(&run, "tiles_kept");
+        }
+    }
+    assert!(kept > 0);
+}
