@@ -147,7 +147,8 @@ record! {
         /// each moment of an open shutter. No pixel stops early at a `noise_threshold` where there are more than one.
         pub photon_passes: u32 = 16,
         /// How far around a point the first pass of `Photon` looks for photons, world units; follows from how densely
-        /// they lie when not given. Later passes look less far.
+        /// they lie when not given. Photons of sparse caustics are spread up to four times
+        /// as far; later passes look less far.
         pub photon_radius: Option<f64> = None,
     }
 }

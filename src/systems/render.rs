@@ -16,7 +16,7 @@ use crate::film::{Film, FilterTable, Gather, Tally, denoise};
 use crate::load::image;
 use crate::trace::environment::{Environment, Source};
 use crate::trace::footprint::Footprint;
-use crate::trace::integrator::{self, Photons, Radii, Settings, Share, View};
+use crate::trace::integrator::{self, Guide, Photons, Settings, Share, View};
 use crate::trace::lights::Lights;
 use crate::trace::{Accelerator, Counters, Worker};
 
@@ -50,8 +50,8 @@ pub struct FrameStats {
 pub struct Exposure {
     plate: Option<Plate>,
     stats: FrameStats,
-    /// Of searches for photons, once the first pass has found them.
-    radii: Option<Radii>,
+    /// Of searches for photons, once the first pass has made it.
+    guide: Option<Guide>,
     /// The passes that lights are divided into.
     pub passes: Passes,
     /// What is kept from picture to picture, and which of them this one is.
@@ -188,16 +188,16 @@ pub fn expose(
         photons: None,
     };
     let built = Instant::now();
-    let Exposure { plate, stats, radii, still, .. } = exposure;
+    let Exposure { plate, stats, guide, still, .. } = exposure;
     let plate = plate.get_or_insert_with(|| Plate::new(&settings, &filter, view.passes));
     let turns = settings.turns(share.of);
     for turn in 0..turns {
         let share = Share { index: share.index * turns + turn, of: share.of * turns };
         let photons = if settings.integrator == Integrator::Photon {
-            let first = radii.or(settings.photon_radius.map(Radii::new));
-            let Some((photons, counters)) = Photons::new(view, share.index, first, cancel) else { return Ok(false) };
+            let sent = Photons::new(view, share.index, guide.as_ref(), cancel);
+            let Some((photons, counters)) = sent else { return Ok(false) };
             stats.counters += counters;
-            *radii = Some(photons.radii());
+            guide.get_or_insert_with(|| photons.guide().clone());
             Some(photons)
         } else {
             None

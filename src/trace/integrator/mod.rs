@@ -31,7 +31,7 @@ use crate::base::random::combine;
 use crate::components::{Fresnel, Integrator, Render, Shadows};
 use crate::film::{FilterTable, Tally};
 pub use adaptive::Noise;
-pub use photon::{Photons, Radii};
+pub use photon::{Guide, Photons};
 pub use wave::Buffers;
 use wave::Lot;
 
@@ -67,6 +67,8 @@ pub struct Settings {
     /// Photons of a pass, and the seed of theirs: the camera is not in it.
     pub photons: u32,
     pub photon_seed: u64,
+    /// Of the first pass; follows from the photons if not given.
+    pub photon_radius: Option<f64>,
 }
 
 impl Settings {
@@ -99,6 +101,7 @@ impl Settings {
             seed,
             photons: render.photons,
             photon_seed: render.seed.unwrap_or(0),
+            photon_radius: render.photon_radius,
         }
     }
 }

@@ -15,30 +15,45 @@ pub struct Photon {
     pub rays: u32,
 }
 
-/// Photons in buckets of cells, for searches within one radius.
+/// Photons in buckets of cells, for searches within a radius or a few times as far.
 ///
-/// Cells are as wide as the search, so that it touches eight; they are hashed to as many buckets as there are photons
-/// (Teschner et al., VMV 2003). Within a bucket photons stand in the order that they were given in, so that sums over
-/// them are always taken in the same order.
+/// Cells are as wide as the nearest search, so that it touches eight; they are hashed to as many buckets as there are
+/// photons (Teschner et al., VMV 2003). Within a bucket photons stand in the order that they were given in, so that sums
+/// over them are always taken in the same order.
 #[derive(Clone, Debug, Default)]
 pub struct PhotonMap {
+    /// Of the nearest search.
     radius: f32,
     /// First photon of each bucket, and the end of the last.
     starts: Vec<u32>,
     photons: Vec<Photon>,
 }
 
+/// How many times farther photons are spread where they are few.
+pub const REACHES: [f32; 3] = [1.0, 2.0, 4.0];
+
+/// Photons that are enough to spread them no farther.
+const ENOUGH: usize = 16;
+
 /// How far off the tangent plane a photon may lie, in radii: what lies beyond is another surface.
 const THICKNESS: f32 = 0.25;
+
+/// Distance from the origin, in radii, where photons are given up: numbers of cells stay whole.
+const FARTHEST: f32 = 1e9;
 
 /// Least cosine between the normals of a photon and of the point that asks: less is another surface, or round a corner.
 const AGREEMENT: f32 = 0.7;
 
 impl PhotonMap {
-    /// `radius` is that of the searches; one that is not above 0 makes an empty map.
-    pub fn new(photons: Vec<Photon>, radius: f32) -> Self {
+    /// `radius` is that of the nearest search; one that is not above 0 makes an empty map.
+    pub fn new(mut photons: Vec<Photon>, radius: f32) -> Self {
         let usable = radius > 0.0 && radius < f32::INFINITY;
-        if photons.is_empty() || !usable {
+        if !usable {
+            return PhotonMap::default();
+        }
+        // Farther out the radius is lost in the rounding of positions.
+        photons.retain(|photon| photon.position.abs().max_element() < radius * FARTHEST);
+        if photons.is_empty() {
             return PhotonMap::default();
         }
         let buckets = photons.len().next_power_of_two();
@@ -61,7 +76,6 @@ impl PhotonMap {
     }
 
     fn cell(&self, p: Vec3) -> [i32; 3] {
-        // Far out, all lie in the last cell.
         (p * (0.5 / self.radius)).floor().to_array().map(|x| x as i32)
     }
 
@@ -73,32 +87,40 @@ impl PhotonMap {
         ((u64::from(mix) * buckets as u64) >> 32) as usize
     }
 
-    /// Calls `found` with every photon that lies around a point of a surface, and with its share of the density there,
-    /// per unit of area (the kernel of Epanechnikov, as Silverman 1986 has it in the plane).
+    /// The first of the reaches within which there are enough photons around this point, or else the last.
+    pub fn reach(&self, point: Vec3, normal: Vec3) -> usize {
+        let enough = |reach: &f32| {
+            let mut count = 0;
+            self.around(point, normal, *reach, |_, _| count += 1);
+            count >= ENOUGH
+        };
+        REACHES.iter().position(enough).unwrap_or(REACHES.len() - 1)
+    }
+
+    /// Calls `found` with every photon that lies within `reach` radii around a point of a surface, and with its share
+    /// of the density there, per unit of area (the kernel of Epanechnikov, as Silverman 1986 has it in the plane).
     #[inline]
-    pub fn around(&self, point: Vec3, normal: Vec3, mut found: impl FnMut(&Photon, f32)) {
+    pub fn around(&self, point: Vec3, normal: Vec3, reach: f32, mut found: impl FnMut(&Photon, f32)) {
         if self.photons.is_empty() {
             return;
         }
-        let radius = self.radius;
+        let radius = self.radius * reach;
         let [low, high] = [-radius, radius].map(|r| self.cell(point + Vec3::splat(r)));
         let (square, peak) = (radius * radius, 2.0 / (std::f32::consts::PI * radius * radius));
-        let mut seen = [usize::MAX; 8];
-        for i in 0..8 {
-            let pick = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
-            let bucket = self.bucket([pick(0), pick(1), pick(2)]);
-            // Cells may be the same, or share a bucket.
-            if seen[..i].contains(&bucket) {
-                continue;
-            }
-            seen[i] = bucket;
-            let range = self.starts[bucket] as usize..self.starts[bucket + 1] as usize;
-            for photon in &self.photons[range] {
-                let offset = photon.position - point;
-                let distance = offset.length_squared();
-                let aside = distance >= square || offset.dot(normal).abs() > THICKNESS * radius;
-                if !aside && photon.normal.dot(normal) > AGREEMENT {
-                    found(photon, peak * (1.0 - distance / square));
+        for z in low[2]..=high[2] {
+            for y in low[1]..=high[1] {
+                for x in low[0]..=high[0] {
+                    let bucket = self.bucket([x, y, z]);
+                    let range = self.starts[bucket] as usize..self.starts[bucket + 1] as usize;
+                    for photon in &self.photons[range] {
+                        let offset = photon.position - point;
+                        let distance = offset.length_squared();
+                        let aside = distance >= square || offset.dot(normal).abs() > THICKNESS * radius;
+                        // Cells may share a bucket.
+                        if !aside && photon.normal.dot(normal) > AGREEMENT && self.cell(photon.position) == [x, y, z] {
+                            found(photon, peak * (1.0 - distance / square));
+                        }
+                    }
                 }
             }
         }
@@ -161,7 +183,7 @@ mod tests {
 
     fn density(map: &PhotonMap, point: Vec3, normal: Vec3) -> f32 {
         let mut sum = 0.0;
-        map.around(point, normal, |photon, share| sum += photon.power.x * share);
+        map.around(point, normal, 1.0, |photon, share| sum += photon.power.x * share);
         sum
     }
 
@@ -184,8 +206,20 @@ mod tests {
             let at = place.position + Vec3::new(0.013, -0.02, 0.001);
             let near = photons.iter().filter(|p| p.position.distance_squared(at) < 0.07 * 0.07).count();
             let mut found = 0;
-            map.around(at, Vec3::Z, |_, _| found += 1);
+            map.around(at, Vec3::Z, 1.0, |_, _| found += 1);
             assert_eq!(found, near);
+            // The same far out of cells that are much smaller.
+            let mut found = 0;
+            PhotonMap::new(photons.clone(), 0.0175).around(at, Vec3::Z, 4.0, |_, _| found += 1);
+            assert_eq!(found, near);
+        }
+    }
+
+    #[test]
+    fn photons_reach_as_far_as_there_are_enough() {
+        // 3000 photons on 4 units of area: 16 in a radius of 0.082.
+        for (radius, expected) in [(0.12, 0), (0.058, 1), (0.029, 2), (0.001, 2)] {
+            assert_eq!(PhotonMap::new(carpet(3000), radius).reach(Vec3::ZERO, Vec3::Z), expected, "{radius}");
         }
     }
 
@@ -204,7 +238,7 @@ mod tests {
         }
         assert_eq!(density(&PhotonMap::new(Vec::new(), 1.0), Vec3::ZERO, Vec3::Z), 0.0);
         let far = Photon { position: Vec3::splat(1e30), ..carpet(1)[0] };
-        assert_eq!(PhotonMap::new(vec![far; 3], 1e-3).photons.len(), 3);
+        assert!(PhotonMap::new(vec![far; 3], 1e-3).photons.is_empty());
     }
 
     #[test]

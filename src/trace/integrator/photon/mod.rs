@@ -4,7 +4,8 @@
 //! Each pass sends photons of its own from the lights and traces its share of every pixel's samples. A path from the
 //! eye is traced as [`super::path`] does, through mirrors, glass and gloss, up to the matt part of a surface: there it
 //! asks lights, and the light that reached the surface by way of others is read from how densely photons lie around.
-//! From pass to pass the radius of that search shrinks, so that noise and blur of the mean both vanish.
+//! From pass to pass the radius of that search shrinks, so that noise and blur of the mean both vanish. Photons of
+//! caustics are spread farther where they are few, by what the first pass has seen.
 //!
 //! What sends no photons is left to the paths, which then go on: the sky, and lamps that do not fall off. Photons know
 //! nothing of the camera: they stand still while it moves.
@@ -12,9 +13,11 @@
 mod map;
 mod shoot;
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::path::{self, Seen};
 use super::wave::{Encounter, Errand, Seeks, Shadows, Wave};
@@ -26,62 +29,88 @@ use crate::trace::bsdf::{Bsdf, Frame, Transport};
 use crate::trace::geometry::Kind;
 use crate::trace::lights::{Light, Lights};
 use crate::trace::sampler::Domain;
-use map::{PhotonMap, shrinking, spacing};
+use map::{Photon, PhotonMap, REACHES, shrinking, spacing};
 use shoot::{Landed, shoot};
 
 /// Photons that a disk of the first radius holds, where they lie as densely as at the median of them.
 const DIFFUSE_COUNT: f32 = 48.0;
 const CAUSTIC_COUNT: f32 = 24.0;
 
-/// Radii of the first pass: of caustics, and of what matt surfaces have scattered.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Radii([f64; 2]);
-
-impl Radii {
-    pub fn new(radius: f64) -> Self {
-        Radii([radius; 2])
-    }
-
-    /// As dense as the photons of a pass lie; a fortieth of the scene where that cannot be told.
-    fn of(landed: &Landed, scene: f32) -> Self {
-        let diffuse = spacing(&landed.diffuse, DIFFUSE_COUNT);
-        let caustic = spacing(&landed.caustic, CAUSTIC_COUNT);
-        let either = diffuse.or(caustic).unwrap_or(scene / 40.0);
-        Radii([caustic, diffuse].map(|radius| radius.unwrap_or(either).into()))
-    }
+/// What the first pass tells the others.
+#[derive(Clone)]
+pub struct Guide {
+    /// Radii of the first pass: of caustics where they are dense, and of what matt surfaces have scattered.
+    radii: [f64; 2],
+    /// Caustics of the first pass. How far a photon is spread follows from how dense they are where it lies, so that its
+    /// power is spread in whole, and by photons that are mostly not its own pass's.
+    caustic: Arc<PhotonMap>,
 }
 
 /// What one pass knows of the light.
 pub struct Photons {
-    caustic: PhotonMap,
+    /// Caustics, by how far their photons reach.
+    caustic: [PhotonMap; REACHES.len()],
+    /// What matt surfaces have scattered.
     diffuse: PhotonMap,
+    guide: Guide,
     /// Lamps that send no photons.
     unsent: Lights,
     /// Whether any light is left to paths beyond the first matt surface.
     goes_on: bool,
-    radii: Radii,
+}
+
+/// Photons by how far they reach, each list in their order.
+fn by_reach(photons: Vec<Photon>, guide: &PhotonMap) -> [Vec<Photon>; REACHES.len()] {
+    let reaches: Vec<usize> = photons.par_iter().map(|photon| guide.reach(photon.position, photon.normal)).collect();
+    let mut parts: [Vec<Photon>; REACHES.len()] = Default::default();
+    for (reach, photon) in reaches.into_iter().zip(photons) {
+        parts[reach].push(photon);
+    }
+    parts
+}
+
+/// As dense as the photons of a pass lie; a fortieth of the scene where that cannot be told.
+fn radii_of(landed: &Landed, scene: f32) -> [f64; 2] {
+    let diffuse = spacing(&landed.diffuse, DIFFUSE_COUNT);
+    let caustic = spacing(&landed.caustic, CAUSTIC_COUNT);
+    let either = diffuse.or(caustic).unwrap_or(scene / 40.0);
+    [caustic, diffuse].map(|radius| radius.unwrap_or(either).into())
 }
 
 impl Photons {
-    /// Sends the photons of a pass, counted from 0; `None` if `cancel` was raised. The first pass finds the radii, if
-    /// none are given.
-    pub fn new(view: View, pass: u32, radii: Option<Radii>, cancel: &AtomicBool) -> Option<(Photons, Counters)> {
-        let Settings { photons, photon_seed, .. } = *view.settings;
+    /// Sends the photons of a pass, counted from 0; `None` if `cancel` was raised. The first pass makes the guide of the
+    /// others.
+    pub fn new(view: View, pass: u32, guide: Option<&Guide>, cancel: &AtomicBool) -> Option<(Photons, Counters)> {
+        let Settings { photons, photon_seed, photon_radius, .. } = *view.settings;
         let count = if view.lights.power() > 0.0 { photons } else { 0 };
         let (landed, counters) = shoot(view, combine(photon_seed, u64::from(pass)), count, cancel)?;
-        let radii = radii.unwrap_or_else(|| Radii::of(&landed, view.geometry.bounds().size().length()));
+        let radii = match (guide, photon_radius) {
+            (Some(guide), _) => guide.radii,
+            (None, Some(radius)) => [radius; 2],
+            (None, None) => radii_of(&landed, view.geometry.bounds().size().length()),
+        };
         let shrunk = shrinking(pass).sqrt();
-        let [caustic, diffuse] = radii.0.map(|first| (first * shrunk) as f32);
+        let [caustic, diffuse] = radii.map(|first| (first * shrunk) as f32);
+        let guide = guide.cloned().unwrap_or_else(|| {
+            let caustic = Arc::new(PhotonMap::new(landed.caustic.clone(), caustic));
+            Guide { radii, caustic }
+        });
+        let mut parts = by_reach(landed.caustic, &guide.caustic);
+        let caustic = std::array::from_fn(|i| PhotonMap::new(std::mem::take(&mut parts[i]), caustic * REACHES[i]));
         let lamps: Vec<Light> = view.lights.lamps().iter().filter(|lamp| !lamp.inverse_square).copied().collect();
         let sky = view.environment.is_some() || view.settings.background != Vec3::ZERO;
         let photons = Photons {
-            caustic: PhotonMap::new(landed.caustic, caustic),
+            caustic,
             diffuse: PhotonMap::new(landed.diffuse, diffuse),
+            guide,
             goes_on: sky || !lamps.is_empty() || shines_unasked(view),
             unsent: Lights::new(lamps, view.geometry, &[]).under(view.environment, view.geometry),
-            radii,
         };
         Some((photons, counters))
+    }
+
+    pub fn guide(&self) -> &Guide {
+        &self.guide
     }
 
     /// Lights that send no photons.
@@ -89,17 +118,12 @@ impl Photons {
         &self.unsent
     }
 
-    /// Those of the first pass.
-    pub fn radii(&self) -> Radii {
-        self.radii
-    }
-
     /// Light that surfaces have sent to this one, scattered by its matt part towards the eye.
     fn gather(&self, met: &Encounter, bsdf: &Bsdf, frame: &Frame, wo: Vec3, most_rays: u32) -> Vec3 {
         let normal = met.surface.geometric_normal;
         let mut sum = Vec3::ZERO;
-        for map in [&self.caustic, &self.diffuse] {
-            map.around(met.surface.point, normal, |photon, share| {
+        for map in self.caustic.iter().chain([&self.diffuse]) {
+            map.around(met.surface.point, normal, 1.0, |photon, share| {
                 if photon.rays <= most_rays {
                     // Power is counted by the true normal, scattering by the smooth one.
                     let cosine = normal.dot(photon.toward).max(LEAST_COSINE);
