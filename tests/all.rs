@@ -26,3 +26,5 @@ mod sequence;
 mod textures;
 #[path = "all/tool.rs"]
 mod tool;
+#[path = "all/vectors.rs"]
+mod vectors;

@@ -51,7 +51,7 @@ pub struct FrameArguments {
     #[arg(long, value_name = "BITS", value_parser = parse_depth)]
     depth: Option<u32>,
     /// Layers beside the colours of an EXR file, over the scene's: depth, normal, albedo, position, entity, material,
-    /// variance; `none` for none
+    /// motion, variance; `none` for none
     #[arg(long, value_name = "LIST", value_parser = parse_aovs)]
     aovs: Option<Aovs>,
     /// Filter noise out of the finished picture

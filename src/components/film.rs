@@ -69,6 +69,15 @@ choice! {
         Entity,
         /// `materialId`: number of the material, as for `Entity`; the default material comes after the authored ones.
         Material,
+        /// `motion.X motion.Y`: how far the surface has come in the picture since the frame before, in pixels to the right
+        /// and up (as from an origin at the bottom left): its place now less its place then, of the sample nearest to the
+        /// pixel's centre, not averaged; add it to a pixel's place in the frame before to get here. It counts the pose and
+        /// field of view of the camera and the transforms of what was met, its parents and its `motion`, each moment of
+        /// an open shutter against the same moment of the shutter one frame earlier; not changes of a shape's own numbers
+        /// or what mirrors show. What was not there before counts as having stood where it stands. Zero where
+        /// nothing was met, for what was behind the camera, and in a frame without one before it: the first of a clip (the
+        /// first of a loop follows the last) and a scene without a script. A cut inside a sequence is a motion like any.
+        Motion,
         /// `variance`: estimated variance of the pixel's luminance, from its samples before tone mapping and denoising.
         Variance,
     }

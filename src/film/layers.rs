@@ -1,6 +1,6 @@
 //! What the camera's rays met first, beside the colours: the layers that are called AOVs in the field.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// Depth of a pixel that nothing stands in, as other renderers write it.
 pub const NOTHING: f32 = 1e10;
@@ -16,6 +16,8 @@ pub struct Feature {
     pub normal: Vec3,
     /// Share of white light that comes back, by diffuse and mirror reflection together; 1 for what is clear.
     pub albedo: Vec3,
+    /// Since the frame before, in pixels to the right and up.
+    pub motion: Vec2,
     /// Authored indices, from 0.
     pub entity: u32,
     pub material: u32,
@@ -36,16 +38,27 @@ pub struct FeatureSum {
     point: Vec3,
     normal: Vec3,
     albedo: Vec3,
-    /// Square of the distance from the pixel's centre of the sample that gave the ids.
+    /// Square of the distance from the pixel's centre of the sample that gave ids and motion.
     nearest: f32,
     ids: [u32; 2],
+    motion: Vec2,
 }
 
 impl Default for FeatureSum {
     fn default() -> Self {
         let zero = Vec3::ZERO;
         let (point, normal, albedo) = (zero, zero, zero);
-        FeatureSum { samples: 0, hits: 0, depth: 0.0, point, normal, albedo, nearest: f32::INFINITY, ids: [0; 2] }
+        FeatureSum {
+            samples: 0,
+            hits: 0,
+            depth: 0.0,
+            point,
+            normal,
+            albedo,
+            nearest: f32::INFINITY,
+            ids: [0; 2],
+            motion: Vec2::ZERO,
+        }
     }
 }
 
@@ -58,10 +71,12 @@ impl FeatureSum {
         if nearest {
             self.nearest = off_center;
             self.ids = [0; 2];
+            self.motion = Vec2::ZERO;
         }
         let Some(feature) = feature.filter(|f| f.is_finite()) else { return };
         if nearest {
             self.ids = [feature.entity + 1, feature.material + 1];
+            self.motion = feature.motion;
         }
         self.hits += 1;
         self.depth += feature.depth;
@@ -87,6 +102,8 @@ pub struct Layers {
     /// met; 0 if it met nothing. The default material comes after the last authored one.
     pub entity: Vec<u32>,
     pub material: Vec<u32>,
+    /// What that sample met has moved since the frame before, in pixels to the right and up; zero if it met nothing.
+    pub motion: Vec<[f32; 2]>,
     /// Variance of the pixel's luminance: that of its samples over their number. Strata make the truth smaller.
     pub variance: Vec<f32>,
 }
@@ -101,6 +118,7 @@ impl Layers {
         self.albedo = vec![[0.0; 3]; pixels];
         self.entity = vec![0; pixels];
         self.material = vec![0; pixels];
+        self.motion = vec![[0.0; 2]; pixels];
     }
 
     /// Sets what the samples of a pixel add up to.
@@ -112,6 +130,7 @@ impl Layers {
         self.normal[pixel] = (sum.normal / samples).to_array();
         self.albedo[pixel] = (sum.albedo / samples).to_array();
         [self.entity[pixel], self.material[pixel]] = sum.ids;
+        self.motion[pixel] = sum.motion.to_array();
     }
 }
 
@@ -126,6 +145,7 @@ mod tests {
             point: Vec3::new(0.0, 0.0, depth),
             normal: Vec3::Z,
             albedo: Vec3::splat(0.5),
+            motion: Vec2::new(depth, 1.0),
             entity,
             material: 7,
         };
@@ -141,7 +161,7 @@ mod tests {
         assert_eq!((layers.depth[0], layers.position[0], layers.coverage[0]), (3.0, [0.0, 0.0, 3.0], 0.5));
         assert_eq!((layers.normal[0], layers.albedo[0]), ([0.0, 0.0, 0.5], [0.25; 3]));
         // The first of the two that are equally near.
-        assert_eq!((layers.entity[0], layers.material[0]), (6, 8));
+        assert_eq!((layers.entity[0], layers.material[0], layers.motion[0]), (6, 8, [4.0, 1.0]));
         assert_eq!((layers.depth[1], layers.entity[1]), (NOTHING, 0));
     }
 }

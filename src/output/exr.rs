@@ -23,6 +23,10 @@ const MOST_CHANNELS: usize = 1_024;
 /// How many times smaller than its values a file can be: the best that black pictures reach.
 const MOST_SQUEEZED: u64 = 10_000;
 
+/// All layers; a file has each once, however often it is asked for.
+const LAYERS: [Aov; 8] =
+    [Aov::Depth, Aov::Normal, Aov::Albedo, Aov::Position, Aov::Entity, Aov::Material, Aov::Motion, Aov::Variance];
+
 /// The bytes of an EXR file: colours in halves, or in floats where `bit_depth` is 32; all else in floats.
 ///
 /// # Errors
@@ -39,10 +43,10 @@ pub fn encode_exr(film: &Film, render: &Render, notes: &Notes) -> Result<Vec<u8>
         };
         channels.push(AnyChannel::new(name, samples));
     }
-    for aov in [&Aov::Depth, &Aov::Normal, &Aov::Albedo, &Aov::Position, &Aov::Entity, &Aov::Material, &Aov::Variance] {
-        if render.aovs.contains(aov) {
+    for aov in LAYERS {
+        if render.aovs.contains(&aov) {
             channels.extend(
-                columns(film, *aov).into_iter().map(|(name, values)| AnyChannel::new(name, FlatSamples::F32(values))),
+                columns(film, aov).into_iter().map(|(name, values)| AnyChannel::new(name, FlatSamples::F32(values))),
             );
         }
     }
@@ -64,6 +68,7 @@ pub fn encode_exr(film: &Film, render: &Render, notes: &Notes) -> Result<Vec<u8>
 fn columns(film: &Film, aov: Aov) -> Vec<(&'static str, Vec<f32>)> {
     let layers = &film.layers;
     let axis = |of: &[[f32; 3]], i: usize| of.iter().map(|v| v[i]).collect();
+    let side = |i: usize| layers.motion.iter().map(|v| v[i]).collect();
     let three = |names: [&'static str; 3], of: &[[f32; 3]]| (0..3).map(|i| (names[i], axis(of, i))).collect();
     // Exact: there are fewer entities and materials than 2^24.
     let numbers = |of: &[u32]| of.iter().map(|n| *n as f32).collect();
@@ -74,6 +79,7 @@ fn columns(film: &Film, aov: Aov) -> Vec<(&'static str, Vec<f32>)> {
         Aov::Position => three(["P.X", "P.Y", "P.Z"], &layers.position),
         Aov::Entity => vec![("entityId", numbers(&layers.entity))],
         Aov::Material => vec![("materialId", numbers(&layers.material))],
+        Aov::Motion => vec![("motion.X", side(0)), ("motion.Y", side(1))],
         Aov::Variance => vec![("variance", layers.variance.clone())],
     }
 }

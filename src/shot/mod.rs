@@ -180,7 +180,7 @@ impl Input {
     /// A frame as data, of which nobody says that it can be rendered; `None` if its script is wrong.
     fn outline(&self, frame: u32) -> Option<Outline> {
         let slices = self.slices(frame).ok()?;
-        let outlines: Vec<Outline> = slices.iter().map(|slice| self.rest.outline(&slice.edits)).collect();
+        let outlines: Vec<Outline> = slices.iter().map(|slice| slice.outline(&self.rest)).collect();
         Some(Outline::together(&outlines))
     }
 
@@ -190,7 +190,7 @@ impl Input {
     /// The mistakes of the frame.
     fn evaluate(&self, stage: &mut Stage, frame: u32, target: Option<&Target>) -> Result<Outline, Diagnostics> {
         let slices = self.slices(frame)?;
-        let outlines: Vec<Outline> = slices.iter().map(|slice| self.rest.outline(&slice.edits)).collect();
+        let outlines: Vec<Outline> = slices.iter().map(|slice| slice.outline(&self.rest)).collect();
         self.with_slices(stage, frame, slices, |stage, _| {
             systems::check(stage)?;
             target.map_or(Ok(()), |target| run::suits(&stage.settings(), &target.path(frame)))?;

@@ -39,11 +39,13 @@ pub enum Part {
     /// Where lights are, their size and falloff.
     Lights,
     LightColors,
+    /// Camera and placements of the frame before, where motion is a layer.
+    Before,
 }
 
 impl Part {
     /// In the order of the enum: a part is its own index.
-    pub const ALL: [Part; 8] = [
+    pub const ALL: [Part; 9] = [
         Part::Camera,
         Part::Lens,
         Part::Settings,
@@ -52,6 +54,7 @@ impl Part {
         Part::Materials,
         Part::Lights,
         Part::LightColors,
+        Part::Before,
     ];
 
     /// The word for it in reports.
@@ -65,6 +68,7 @@ impl Part {
             Part::Materials => "materials",
             Part::Lights => "lights",
             Part::LightColors => "light_colors",
+            Part::Before => "before",
         }
     }
 }
@@ -261,6 +265,19 @@ impl Rest {
         }
     }
 
+    /// As [`Self::outline`], of a moment whose picture shows what has moved since another one.
+    pub fn outline_after(&self, edits: &[Edit], before: Option<&[Edit]>) -> Outline {
+        let mut outline = self.outline(edits);
+        if let Some(before) = before {
+            let parts = self.outline(before).parts;
+            let mut hasher = Hasher::default();
+            let told = [Part::Camera, Part::Geometry, Part::Transforms, Part::Lights];
+            told.iter().for_each(|part| hasher.digest(parts[*part as usize]));
+            outline.parts[Part::Before as usize] = hasher.finish();
+        }
+        outline
+    }
+
     fn lamps(&self, touched: &Touched) -> Vec<Lamp> {
         let now = touched.entities.iter().filter_map(|(entity, now)| Some((*entity, now.as_ref()?)));
         now.flat_map(|(entity, bag)| LIGHTS.map(|kind| (entity, kind, color_of(bag, kind))))
@@ -366,10 +383,11 @@ fn color_of(bag: &Bag, kind: Kind) -> Option<DVec3> {
     }
 }
 
-/// Not while a shutter is open, nor where the lens follows a body.
+/// Not while a shutter is open, nor where the lens follows a body or what moved before is told.
 fn is_still(camera: &Camera, render: &Render) -> bool {
     let follows = matches!(camera.focus, Some(Focus::Entity(_))) && camera.focus_distance.is_none();
-    is_local(render.integrator) && camera.shutter.y <= camera.shutter.x && (!follows || camera.lens_radius() == 0.0)
+    let is_instant = camera.shutter.y <= camera.shutter.x && !render.aovs.contains(&Aov::Motion);
+    is_local(render.integrator) && is_instant && (!follows || camera.lens_radius() == 0.0)
 }
 
 /// Whether a pixel depends on nothing but what its own rays meet, each of which brings home light by light.
@@ -381,11 +399,13 @@ fn is_local(integrator: Integrator) -> bool {
     }
 }
 
-/// Not where samples are cut off or judged by what all lights together make of them, nor while a shutter is open.
+/// Not where samples are cut off or judged by what all lights together make of them, nor while a shutter is open or
+/// what moved before is told.
 fn is_sum(camera: &Camera, render: &Render) -> bool {
     let has_signs = render.filter == Filter::Mitchell;
     let is_judged = render.clamp.is_some() || render.gathers_moments() || has_signs;
-    is_local(render.integrator) && !is_judged && camera.shutter.y <= camera.shutter.x
+    let is_instant = camera.shutter.y <= camera.shutter.x && !render.aovs.contains(&Aov::Motion);
+    is_local(render.integrator) && !is_judged && is_instant
 }
 
 fn worn_by(bag: &Bag) -> Option<&str> {

@@ -3,11 +3,15 @@
 //! A frame is cut into slices of time (the accumulation of Haeberli and Akeley, SIGGRAPH 1990): the script is evaluated
 //! for the middle of each, and each traces its share of every pixel's samples. So whatever moves is blurred, along
 //! curves too, and shadows, mirror images and the lens with it.
+//!
+//! Where motion is a layer, each slice goes with the same moment of the frame before.
 
+use super::outline::{Outline, Rest};
 use super::{Input, Shot, guarded};
 use crate::base::diagnostics::Diagnostics;
-use crate::components::{Camera, Edit, Render};
-use crate::systems::{self, Stage, Undo};
+use crate::components::{Aov, Camera, Edit, Render};
+use crate::script::TimeMode;
+use crate::systems::{self, Past, Stage, Undo};
 use crate::trace::integrator::Share;
 
 /// One moment of a frame as data.
@@ -16,6 +20,15 @@ pub struct Slice {
     /// When it is, in frames from the frame's own time: what entities with `motion` go by.
     pub time: f64,
     pub edits: Vec<Edit>,
+    /// The edits one frame earlier, where there is one and its layers tell what has moved since.
+    pub before: Option<Vec<Edit>>,
+}
+
+impl Slice {
+    /// The moment as data.
+    pub(super) fn outline(&self, rest: &Rest) -> Outline {
+        rest.outline_after(&self.edits, self.before.as_deref())
+    }
 }
 
 impl Shot {
@@ -36,18 +49,33 @@ impl Input {
         let own = self.edits(frame)?;
         let render = last_render(&own).cloned();
         let [open, close] = last_camera(&own).unwrap_or(self.rest.camera()).shutter.to_array();
-        let count = if close > open { render.as_ref().unwrap_or(&self.settings).moments() } else { 1 };
-        let slice = |i: u32| {
-            let time = open + (close - open) * ((f64::from(i) + 0.5) / f64::from(count));
-            if self.program.is_none() || time == 0.0 {
-                return Ok(Slice { time, edits: own.clone() });
-            }
+        let settings = render.as_ref().unwrap_or(&self.settings);
+        let count = if close > open { settings.moments() } else { 1 };
+        let earlier = self.frame_before(frame).filter(|_| settings.aovs.contains(&Aov::Motion));
+        let edits_at = |frame: u32, time: f64| {
             let mut edits = self.edits_at(frame, time)?;
             edits.retain(|edit| !matches!(edit, Edit::Render(_)));
             edits.extend(render.clone().map(Edit::Render));
-            Ok(Slice { time, edits })
+            Ok::<_, Diagnostics>(edits)
+        };
+        let slice = |i: u32| {
+            let time = open + (close - open) * ((f64::from(i) + 0.5) / f64::from(count));
+            let is_own = self.program.is_none() || time == 0.0;
+            let edits = if is_own { own.clone() } else { edits_at(frame, time)? };
+            let before = earlier.map(|earlier| edits_at(earlier, time)).transpose()?;
+            Ok(Slice { time, edits, before })
         };
         (0..count).map(slice).collect()
+    }
+
+    /// The frame that is seen before another one: the last before the first of a loop, none before the first of a clip.
+    fn frame_before(&self, frame: u32) -> Option<u32> {
+        let header = self.program.as_ref()?.0.header();
+        match header.mode {
+            _ if frame > 1 => Some(frame - 1),
+            TimeMode::Loop => Some(header.frames),
+            TimeMode::Clip => None,
+        }
     }
 
     /// Does something with the World of each slice of a frame, in their order, while it says true; then takes all edits
@@ -73,6 +101,7 @@ impl Input {
             }
         }
         applied.take_back(stage);
+        stage.set_past(None);
         done.map(drop).map_err(|problems| self.in_frame(frame, problems))
     }
 }
@@ -85,10 +114,20 @@ struct Applied {
 }
 
 impl Applied {
-    /// Puts a slice in the place of the one before. What both have in common is left alone.
+    /// Puts a slice in the place of the one before, with its past.
     fn show(&mut self, stage: &mut Stage, slice: Slice) -> Result<(), Diagnostics> {
-        let Slice { time, edits } = slice;
+        let Slice { time, edits, before } = slice;
         stage.set_time(time);
+        stage.set_past(None);
+        if let Some(before) = before {
+            self.lead_to(stage, before).map_err(in_the_frame_before)?;
+            stage.set_past(Some(Past::of(stage)));
+        }
+        self.lead_to(stage, edits)
+    }
+
+    /// Puts edits in the place of those before. What both have in common is left alone.
+    fn lead_to(&mut self, stage: &mut Stage, edits: Vec<Edit>) -> Result<(), Diagnostics> {
         let step = match step(&self.edits, &edits) {
             Some(step) => step,
             None => {
@@ -102,10 +141,16 @@ impl Applied {
     }
 
     fn take_back(&mut self, stage: &mut Stage) {
+        self.edits.clear();
         while let Some(undo) = self.undos.pop() {
             systems::undo(stage, undo);
         }
     }
+}
+
+fn in_the_frame_before(mut problems: Diagnostics) -> Diagnostics {
+    problems.0.iter_mut().for_each(|problem| problem.message = format!("in the frame before: {}", problem.message));
+    problems
 }
 
 /// The edits that lead on from one list to another of the same shape; `None` if the way there leads over the rest.

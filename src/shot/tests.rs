@@ -262,3 +262,26 @@ fn hopeless_input_is_given_up_early() {
     assert!(problems.to_string().contains("frame 1"), "{problems}");
     assert_eq!(plan::ranges(&[1, 2, 3, 7, 9, 10]), "1-3, 7, 9-10");
 }
+
+#[test]
+fn a_frame_that_tells_what_has_moved_depends_on_the_frame_before() {
+    let hashes = |aovs: &str, first: u32| {
+        let script = format!(
+            "animation(#{{ frames: 4 }});\nfn setup(s) {{ s.render.aovs = [{aovs}]; }}\n\
+             fn frame(s, f) {{ s.camera.fov = if f.number == 1 {{ {first} }} else {{ 40 }}; }}"
+        );
+        let (_folder, mut shot) = shot(&script);
+        let target = Target::Pattern { before: "nowhere/s.".into(), digits: 4, after: ".exr".into() };
+        let plan = plan::make(&mut shot, &[1, 2, 3, 4], target).unwrap();
+        assert_eq!(plan.frames[3].twin, Some(if aovs == "\"Motion\"" { 3 } else { 2 }));
+        plan.frames.iter().for_each(|planned| {
+            let outline = planned.outline.as_ref().unwrap();
+            let shares = aovs != "\"Motion\"";
+            assert_eq!((outline.is_sum, outline.is_still), (shares, shares));
+        });
+        [1, 2, 3].map(|i: usize| plan.frames[i].hash)
+    };
+    let (one, other) = (hashes("\"Motion\"", 20), hashes("\"Motion\"", 30));
+    assert!(one[0] != other[0] && one[1..] == other[1..] && one[0] != one[1] && one[1] == one[2]);
+    assert_eq!(hashes("\"Depth\"", 20), hashes("\"Depth\"", 30));
+}

@@ -13,6 +13,7 @@
 //! pixel's samples to an [`Exposure`].
 
 mod animate;
+mod before;
 mod bodies;
 mod collect;
 mod extract;
@@ -26,6 +27,7 @@ mod stage;
 mod still;
 
 pub use animate::{Undo, animate, undo};
+pub use before::Past;
 pub use bodies::{Body, affected, body};
 pub use collect::collect;
 pub use hierarchy::update as place;

@@ -165,6 +165,7 @@ pub fn expose(
     if let Some(environment) = environment.as_mut().filter(|_| resolved.follows_paths()) {
         environment.prepare();
     }
+    let before = stage.past.as_ref().map(|past| past.seen_from(stage, settings.size));
     let skins = skins::skins(stage)?;
     let materials = extract::materials(stage);
     let geometry = &stage.kept.geometry;
@@ -179,6 +180,7 @@ pub fn expose(
         lights: &lights,
         skins: &skins,
         camera: &camera,
+        before: before.as_ref(),
         environment: environment.as_ref(),
         settings: &resolved,
         filter: &filter,

@@ -26,6 +26,7 @@ pub fn spawn(scene: Scene) -> Result<Stage, Diagnostics> {
         material_names: Default::default(),
         base: scene.base,
         time: 0.0,
+        past: None,
         kept: Kept { pictures: scene.pictures, stale_hierarchy: true, stale_geometry: true, ..Kept::default() },
     };
     for (name, material) in scene.materials {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use hecs::{Entity, EntityBuilder, World};
 use rustc_hash::FxHashMap;
 
+use super::before::Past;
 use crate::base::diagnostics::Diagnostic;
 use crate::components::entity::every_kind;
 use crate::components::*;
@@ -44,6 +45,8 @@ pub struct Stage {
     pub(super) base: PathBuf,
     /// Where entities with `motion` are, in the units of the camera's shutter.
     pub(super) time: f64,
+    /// This World in the frame before, where the film wants to know what has moved.
+    pub(super) past: Option<Past>,
     pub(super) kept: Kept,
 }
 
@@ -91,6 +94,11 @@ impl Stage {
             self.kept.stale_geometry = true;
         }
         self.time = time;
+    }
+
+    /// Sets what this World was in the frame before.
+    pub fn set_past(&mut self, past: Option<Past>) {
+        self.past = past;
     }
 
     /// Number of entities, those included that a frame has removed.

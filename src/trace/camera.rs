@@ -3,7 +3,7 @@
 //! The view plane stands at distance 1 before the lens; the plane in focus at `focus_distance`. All rays through the
 //! lens that belong to one film point meet on the plane in focus (Cook, Porter and Carpenter 1984).
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::Ray;
 use super::sampler::{Domain, Node, Sampler, concentric_disk};
@@ -57,6 +57,16 @@ impl CameraRays {
         (point - self.origin).dot(self.forward)
     }
 
+    /// Where a point is in the picture, seen from the middle of the lens: pixels from the top left corner, right and
+    /// down; `None` for what is not before the camera.
+    pub fn place_of(&self, point: Vec3) -> Option<Vec2> {
+        let to = point - self.origin;
+        let depth = to.dot(self.forward);
+        let across = to.dot(self.right) / (self.right.length_squared() * depth);
+        let down = -to.dot(self.up) / (self.up.length_squared() * depth);
+        (depth > 0.0).then(|| Vec2::new((across + 1.0) / self.pixel[0], (down + 1.0) / self.pixel[1]))
+    }
+
     /// The angle between neighbouring pixels in the middle of the picture, in radians.
     pub fn spread(&self) -> f32 {
         (self.right * self.pixel[0]).length().max((self.up * self.pixel[1]).length())
@@ -97,6 +107,18 @@ mod tests {
         assert!((top_left - Vec3::new(-2.0, 1.0, -1.0).normalize()).length() < 1e-6);
         let middle = rays.ray(100, 50, [0.0, 0.0], &sampler).direction;
         assert!((middle - Vec3::NEG_Z).length() < 1e-6);
+    }
+
+    #[test]
+    fn a_point_along_a_ray_is_where_the_ray_started() {
+        let tilted = Camera { at: DVec3::new(1.0, -2.0, 0.5), up: DVec3::new(0.3, 1.0, 0.0), ..camera() };
+        let rays = CameraRays::new(&tilted, [200, 100], 5.0);
+        for (x, y, along) in [(0, 0, 0.5), (37, 91, 3.0), (199, 50, 80.0)] {
+            let ray = rays.ray(x, y, [0.25, 0.75], &Sampler::new(0, 0, 1));
+            let place = rays.place_of(ray.origin + ray.direction * along).unwrap();
+            assert!((place - Vec2::new(x as f32 + 0.25, y as f32 + 0.75)).length() < 1e-3, "{place}");
+            assert_eq!(rays.place_of(ray.origin - ray.direction * along), None);
+        }
     }
 
     #[test]

@@ -5,8 +5,10 @@
 //! whatever finds it, on whatever processor, the answer is the same to the bit. [`surface`] says where a hit is and how
 //! exactly that is known. [`integrator`] follows light through waves of [`camera`] rays and what they give rise to, over
 //! [`lights`] and [`surfacing`] (materials) with [`texture`]s in an [`environment`], fed by the stateless [`sampler`].
+//! [`before`] tells what has moved since the frame before.
 
 pub mod accel;
+pub mod before;
 pub mod bsdf;
 pub mod camera;
 pub mod environment;

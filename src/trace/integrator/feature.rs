@@ -1,6 +1,6 @@
 //! What a camera ray meets first, for the film's layers.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::View;
 use super::wave::Encounter;
@@ -9,12 +9,14 @@ use crate::trace::surfacing::Surfacing;
 
 /// The feature of a camera ray's encounter.
 pub fn seen(view: View, met: &Encounter) -> Feature {
+    let (point, entity) = (met.surface.point, met.surface.entity);
     Feature {
-        depth: view.camera.depth(met.surface.point),
-        point: met.surface.point,
+        depth: view.camera.depth(point),
+        point,
         normal: met.surface.shading_normal,
         albedo: albedo(met.material),
-        entity: met.surface.entity,
+        motion: view.before.map_or(Vec2::ZERO, |before| before.motion(view.camera, point, entity)),
+        entity,
         material: met.surface.material,
     }
 }

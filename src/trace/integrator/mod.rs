@@ -19,6 +19,7 @@ mod wave;
 
 use glam::Vec3;
 
+use super::before::Before;
 use super::camera::CameraRays;
 use super::environment::Environment;
 use super::footprint::Boxes;
@@ -131,6 +132,8 @@ pub struct View<'a> {
     pub lights: &'a Lights,
     pub skins: &'a Skins,
     pub camera: &'a CameraRays,
+    /// The frame before, where the film wants to know what has moved.
+    pub before: Option<&'a Before>,
     /// Takes the place of the background colour.
     pub environment: Option<&'a Environment>,
     pub settings: &'a Settings,
