@@ -136,7 +136,7 @@ fn what_changed_is_said_in_parts() {
     assert_eq!(changes(&[Edit::Material { index: 1, material: red() }]), []);
     assert_eq!(changes(&[put(0, MaterialName("unworn".into()))]), [Part::Materials]);
     let spawned = Edit::Spawn(Bag::new([Sphere::default().into()]));
-    assert_eq!(changes(&[spawned.clone()]), [Part::Geometry]);
+    assert_eq!(changes(std::slice::from_ref(&spawned)), [Part::Geometry]);
     assert_eq!(changes(&[spawned, Edit::Despawn { entity: 3 }]), []);
 }
 

@@ -85,7 +85,7 @@ fn no_conserving_surface_gives_back_more() {
                 let material = Material { color: DVec3::splat(color), ..white(model, roughness) };
                 for cosine in COSINES {
                     let found = albedo(&bsdf(&material, true), viewer(cosine)).x;
-                    assert!(found <= 1.01 && found >= 0.0, "{model:?} {roughness} {color} {cosine}: {found}");
+                    assert!((0.0..=1.01).contains(&found), "{model:?} {roughness} {color} {cosine}: {found}");
                 }
             }
         }
@@ -148,7 +148,7 @@ fn samples_fall_where_their_density_says() {
             }
             let fine = 24;
             let mut difference = 0.0;
-            for cell in 0..ACROSS * DOWN {
+            for (cell, counted) in counted.iter().enumerate() {
                 let mut expected = 0.0f64;
                 for k in 0..fine * fine {
                     let u = (cell % ACROSS) as f32 + ((k % fine) as f32 + 0.5) / fine as f32;
@@ -159,7 +159,7 @@ fn samples_fall_where_their_density_says() {
                     expected += f64::from(b.pdf(wo, wi));
                 }
                 expected *= 4.0 * std::f64::consts::PI / (ACROSS * DOWN * fine * fine) as f64;
-                difference += (expected - counted[cell]).abs();
+                difference += (expected - counted).abs();
             }
             // Peaks too narrow for the quadrature are left to the test of single samples below.
             let narrow = name.contains(" 0.1") || (name.contains(" 0.3") && cosine < 0.1);

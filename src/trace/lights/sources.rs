@@ -147,7 +147,7 @@ impl Lights {
     pub fn sample(&self, from: Vec3, pick: f32, u: [f32; 2]) -> Option<Incoming> {
         let earthly = self.earthly();
         if pick >= earthly {
-            return self.from_sky(from, u);
+            return self.sky_light(from, u);
         }
         let (i, _) = self.asked.pick(pick / earthly)?;
         let chance = self.asked.chance(i) * earthly;
@@ -157,7 +157,7 @@ impl Lights {
         }
     }
 
-    fn from_sky(&self, from: Vec3, u: [f32; 2]) -> Option<Incoming> {
+    fn sky_light(&self, from: Vec3, u: [f32; 2]) -> Option<Incoming> {
         let (sky, chance) = self.sky.as_ref()?;
         let sample = sky.sample(u)?;
         let pdf = sample.pdf * chance;
