@@ -32,10 +32,10 @@ pub const FRAME_PIXELS: u64 = 1 << 27;
 pub const FRAME_FILE_BYTES: u64 = 4 << 30;
 /// Lights that have a pass of their own where only their colours change: each adds a film to the frame's memory.
 pub const LIGHT_PASSES: usize = 16;
-/// Frames that are looked ahead for what moves in them, and bodies at places in all of these together: each ray is held
-/// against the boxes of all of them.
+/// Frames that are looked ahead for what moves in them, and boxes of what moves in all of these together: each ray is
+/// held against them, which must stay cheap beside tracing it.
 pub const STILL_FRAMES: usize = 64;
-pub const STILL_BODIES: usize = 256;
+pub const STILL_BOXES: usize = 64;
 /// Bodies that may move in one frame, before it is traced as a whole.
 pub const STILL_MOVING: usize = 64;
 /// Memory in MiB of what is kept from frame to frame, unless the user says otherwise.

@@ -48,8 +48,8 @@ struct Window {
     still: Still,
 }
 
-/// Tiles that are still traced in the second frame of a window, above which it is not worth its while.
-const WORTHWHILE: f64 = 0.8;
+/// Share of the tiles that are traced in later frames of a window, above which noting what rays cross costs too much.
+const WORTHWHILE: f64 = 0.6;
 
 impl Keeper {
     pub fn new(policy: Policy) -> Self {
@@ -146,7 +146,7 @@ fn look_ahead(shot: &mut Shot, run: &[Vec<&Planned>], index: usize, memory: u64)
     let frames: Vec<u32> = run[index..end].iter().map(|frames| frames[0].frame).collect();
     let Some(bodies) = bodies_in(input, stage, &frames) else { return (None, end) };
     while end >= index + 2 {
-        if let Some(scenes) = Scenes::new(&bodies[..end - index], limits::STILL_BODIES) {
+        if let Some(scenes) = Scenes::new(&bodies[..end - index], limits::STILL_BOXES) {
             return (Some(Window { first: index, end, still: Still::new(scenes, base.size) }), end);
         }
         end = index + (end - index) / 2;

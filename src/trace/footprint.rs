@@ -17,6 +17,8 @@ const SIDE: usize = 8;
 #[derive(Clone, Debug, Default)]
 pub struct Boxes {
     octets: Vec<Octet>,
+    /// Around all of them: most rays need no more.
+    around: Bounds,
     count: usize,
 }
 
@@ -47,7 +49,9 @@ impl Boxes {
                 max: std::array::from_fn(|axis| get(|place| place.max, axis, f32::NEG_INFINITY)),
             }
         };
-        Boxes { octets: places.chunks(SIDE).map(octet).collect(), count: places.len() }
+        let octets: Vec<Octet> = places.chunks(SIDE).map(octet).collect();
+        let all = |all: Bounds, octet: &Octet| all.union(Bounds { min: octet.around[0], max: octet.around[1] });
+        Boxes { around: octets.iter().fold(Bounds::default(), all), octets, count: places.len() }
     }
 
     pub fn len(&self) -> usize {
@@ -97,16 +101,23 @@ impl Footprint {
         self.origins = Bounds { min: self.origins.min.min(ray.origin), max: self.origins.max.max(ray.origin) };
         let inverse = 1.0 / ray.direction;
         let end = end + end * SLACK;
+        if is_apart([boxes.around.min, boxes.around.max], ray.origin, inverse, end) {
+            return;
+        }
         for (octet, bits) in boxes.octets.iter().zip(&mut self.crossed) {
-            let [min, max] = octet.around.map(|corner| (corner - ray.origin) * inverse);
-            let (enter, leave) = (min.min(max).max_element(), min.max(max).min_element());
-            // Not "misses": where a distance is no number the boxes are looked at.
-            let is_apart = enter.max(0.0) * (1.0 - SLACK) > leave.min(end) * (1.0 + SLACK);
-            if *bits != u8::MAX && !is_apart {
+            if *bits != u8::MAX && !is_apart(octet.around, ray.origin, inverse, end) {
                 *bits |= octet.crossed(ray.origin, inverse, end);
             }
         }
     }
+}
+
+/// Whether a ray misses a box for certain: not where a distance is no number.
+#[inline(always)]
+fn is_apart(corners: [Vec3; 2], origin: Vec3, inverse: Vec3, end: f32) -> bool {
+    let [min, max] = corners.map(|corner| (corner - origin) * inverse);
+    let (enter, leave) = (min.min(max).max_element(), min.max(max).min_element());
+    enter.max(0.0) * (1.0 - SLACK) > leave.min(end) * (1.0 + SLACK)
 }
 
 impl Octet {
