@@ -85,8 +85,9 @@ pub struct Plan {
 
 /// So many frames, spread over the sequence, are tried before the others.
 const TRIED: usize = 8;
-/// When all that were tried are wrong and took longer than this, the others are not waited for.
-const PATIENCE: Duration = Duration::from_secs(1);
+/// When all that were tried are wrong, and all the others would take longer than this at their pace, the others are not
+/// waited for: they are as endless, most likely.
+const PATIENCE: Duration = Duration::from_secs(20);
 /// Entities that may be held once more for each further thread.
 const COPIED_ENTITIES: usize = 1_000_000;
 
@@ -216,7 +217,9 @@ fn evaluate(
     let mut known: FxHashMap<u32, Result<Outline, Diagnostics>> = FxHashMap::default();
     for frame in tried {
         known.insert(frame, shot.input.evaluate(&mut shot.stage, frame, target));
-        if start.elapsed() > PATIENCE && known.values().all(Result::is_err) {
+        let pace = start.elapsed().as_secs_f64() / known.len() as f64;
+        let is_slow = pace * wanted.len() as f64 > PATIENCE.as_secs_f64();
+        if (known.len() == TRIED || pace > 1.0) && is_slow && known.values().all(Result::is_err) {
             return Err(known.remove(&wanted[0]).and_then(Result::err).unwrap_or_default());
         }
     }

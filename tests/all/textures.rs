@@ -114,9 +114,9 @@ fn scripts_reach_textures_as_maps() {
     assert_eq!(pixel(&desk, "out/show.0002.png", 3, 3), [0; 3]);
     assert_eq!(pixel(&desk, "out/show.0003.png", 6, 3), [255; 3]);
     desk.write("show.rhai", script.replace("tint =", "tnt ="));
-    desk.anim("show.rhai -o two").fails(3, &["show.rhai:4:"]);
+    desk.anim("show.rhai -o two").fails(4, &["show.rhai:4:"]);
     desk.write("show.rhai", script.replace("tint = [0, 0, 0]", "image = \"whit.png\""));
-    desk.anim("show.rhai -o two").fails(3, &["frame 2", "did you mean `white.png`?", "`color_map` of material `m`"]);
+    desk.anim("show.rhai -o two").fails(4, &["frame 2", "did you mean `white.png`?", "`color_map` of material `m`"]);
 }
 
 #[test]
@@ -138,7 +138,7 @@ fn pictures_surround_a_scene() {
     assert_eq!(look("environment: \"sky.png\", environment_intensity: 0", 2), [0; 3]);
     assert_eq!(look("sky: ((1, 1, 1), (1, 1, 1), (1, 1, 1))", 2), [255; 3]);
     desk.write("a.ron", scene("environment: \"skye.png\""));
-    desk.anim("check a.ron").fails(3, &["a.ron:3:51: error", "did you mean `sky.png`?"]);
+    desk.anim("check a.ron").fails(3, &["a.ron:3:52: error", "did you mean `sky.png`?"]);
 }
 
 /// A texture is carried along by whatever moves its entity: a transform, or motion in time.
