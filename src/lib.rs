@@ -11,21 +11,22 @@
 //! | room | what happens there |
 //! |---|---|
 //! | [`cli`] | one file per command; raw flags are resolved once, here; the only place that prints |
-//! | [`shot`] | a sequence: opens the input, evaluates frames as data, renders and writes them |
+//! | [`shot`] | a sequence: its frames as data and as digests, plan, what is kept, shared and copied, run |
 //! | [`compare`] | image metrics, golden frames, difference pictures |
 //! | [`systems`] | plain functions over the hecs World: spawn animate hierarchy lights extract accelerate render |
 //! | [`script`] | Rhai engine and API; time, easing, keyframes; emits edits as data |
 //! | [`load`] | RON, NFF, P3F, OBJ, PLY, images -> one resolved scene, with diagnostics; scenes -> RON |
-//! | [`output`] | PNG and EXR with metadata, frame names, atomic writes |
-//! | [`trace`] | the kernel: columns of primitives, tree, grid and brute force, SIMD, materials, lights, integrators, samplers |
+//! | [`output`] | PNG and EXR with metadata, frame names, manifests, what is there already, atomic writes |
+//! | [`trace`] | the kernel: columns of primitives, tree, grid and brute force, SIMD, materials (BSDFs), textures, lights, environment, integrators (recursive, path, photon), samplers |
 //! | [`film`] | linear pixels and layers: accumulate, filter, denoise, expose and tone map |
 //! | [`components`] | what an entity can carry; the scene and its edits as plain data |
-//! | [`base`] | exact mathematics, random numbers, colour, limits, diagnostics |
+//! | [`base`] | exact mathematics, random numbers, digests, colour, limits, diagnostics |
 //!
 //! # Data flow
 //!
-//! Once: files -> `load` -> [`components::Scene`] + diagnostics -> `systems::spawn` -> World.
-//! Per frame: rest values -> the script's `frame` -> [`components::Edit`]s -> `animate` -> `hierarchy` -> `lights` ->
+//! Once: files -> `load` -> [`components::Scene`] + diagnostics -> `systems::spawn` -> World; then all frames to digests
+//! (`shot::plan`), so that it is known which of them are done, alike, or differ in little.
+//! Per frame that is left, and per moment of an open shutter: rest values -> the script's `frame` -> [`components::Edit`]s -> `animate` -> `hierarchy` -> `lights` ->
 //! `extract` (columns) -> `accelerate` -> `render` (tiles) -> `film` -> `output`.
 
 // Only `trace::simd`, the room with processor instructions in it, may.
