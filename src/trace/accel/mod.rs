@@ -132,8 +132,8 @@ impl Accelerator {
                 let before = if let Some(Accelerator::Grid(grid)) = before { Some(&**grid) } else { None };
                 Accelerator::Grid(Box::new(Grid::build(geometry, density, width, before)))
             }
-            // Over all rays the tree was ahead on every scene that was measured; on camera rays alone, into a cloud of
-            // cones, the grid was.
+            // Over the rays of a picture the tree was ahead, or within a tenth, on all that was measured but crowds of
+            // instances whose boxes overlap: there the grid leads on camera and shadow rays, and trails on others.
             Accel::Auto | Accel::Bvh => {
                 let before = if let Some(Accelerator::Bvh(bvh)) = before { Some(&**bvh) } else { None };
                 Accelerator::Bvh(Box::new(Bvh::build(geometry, width, before)))

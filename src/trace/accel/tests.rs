@@ -264,3 +264,37 @@ fn a_dense_mesh_in_a_wide_scene_answers_like_the_tree_and_costs_little() {
     // The cells of the wide scene around the ball hold most of its 7,200 triangles.
     assert!(per_ray < 200, "{per_ray} tests a ray");
 }
+
+/// In a cloud of small cones a ray visits many nodes wherever it goes: packets of camera rays share them all the same.
+#[test]
+fn packets_stay_together_among_many_small_cones() {
+    let mut state = 1u32;
+    let mut random = || {
+        state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        (state >> 8) as f32 / 16_777_216.0
+    };
+    let mut geometry = Geometry::default();
+    for _ in 0..3000 {
+        let at = Vec3::new(random(), random(), random()) * 2.0 - 1.0;
+        let along = (Vec3::new(random(), random(), random()) - 0.5) * 0.06;
+        geometry.push_cone(Tag::default(), at, 0.006, at + along, 0.0, true);
+    }
+    geometry.finish();
+    let tree = Accelerator::build(&geometry, Accel::Bvh, 1.0);
+    let origin = Vec3::new(0.1, 0.2, 4.0);
+    let rays: Vec<Ray> = (0..512)
+        .map(|i| {
+            // Tiles of four by four.
+            let (tile, x, y) = (i / 16, i % 4, i / 4 % 4);
+            let target = Vec3::new((tile % 8 * 4 + x) as f32, (tile / 8 * 4 + y) as f32, 0.0) * 0.006;
+            Ray::new(origin, (target - origin).normalize())
+        })
+        .collect();
+    let (mut alone, mut together) = (Worker::default(), Worker::default());
+    let expected: Vec<_> = rays.iter().map(|ray| tree.closest(&geometry, ray, &mut alone)).collect();
+    let mut found = vec![None; rays.len()];
+    tree.closest_all(&geometry, &rays, &mut together, |i, hit| found[i] = hit);
+    assert_eq!(found, expected);
+    let (alone, together) = (alone.counters.steps, together.counters.steps);
+    assert!(2 * together < alone, "{together} nodes together, {alone} alone");
+}

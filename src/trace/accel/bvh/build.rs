@@ -116,9 +116,11 @@ impl<'a> Range<'a> {
         self.refs.iter().any(|r| r.held() != self.refs[0].held())
     }
 
-    /// Whether it can be one leaf.
+    /// Whether it can be one leaf: a block, or one of what has no blocks. To carry a ray into an instance costs more
+    /// than a node, so that each has a box of its own.
     fn is_leaf(&self) -> bool {
-        self.refs.len() <= LANES && !self.mixed()
+        let most = if self.refs[0].held() == Held::List as u32 { 1 } else { LANES };
+        self.refs.len() <= most && !self.mixed()
     }
 }
 
@@ -214,7 +216,7 @@ impl Bins {
 }
 
 fn split<'a>(range: Range<'a>, bins: &mut Bins, depth: usize) -> [Range<'a>; 2] {
-    if range.refs.len() <= LANES {
+    if range.refs.len() <= LANES && range.mixed() {
         return by_kind(range);
     }
     bins.reset(&range);

@@ -124,6 +124,7 @@ mod tests {
 
     use super::*;
     use crate::trace::Tag;
+    use crate::trace::accel::packet::alone;
 
     #[test]
     fn a_moved_instance_does_not_build_its_mesh_again() {
@@ -138,6 +139,25 @@ mod tests {
         assert!(Arc::ptr_eq(&build(&mesh, 5.0, Some(&first)).models[0].1, &first.models[0].1));
         let other = Arc::new(MeshData::clone(&mesh));
         assert!(!Arc::ptr_eq(&build(&other, 5.0, Some(&first)).models[0].1, &first.models[0].1));
+    }
+
+    #[test]
+    fn a_ray_enters_only_instances_whose_boxes_it_meets() {
+        let mesh = Arc::new(MeshData::new(vec![Vec3::X, Vec3::Y, Vec3::Z], vec![[0, 1, 2]], Vec::new()));
+        let mut geometry = Geometry::default();
+        for i in 0..8 {
+            let map = DAffine3::from_translation(DVec3::new(2.0 * f64::from(i), 0.0, 0.0));
+            geometry.push_instance(Tag::default(), &mesh, false, &map);
+        }
+        geometry.finish();
+        let tree = Bvh::build(&geometry, Width::detect(), None);
+        let mut worker = Worker::default();
+        let ray = Ray::new(Vec3::new(6.3, 0.3, 5.0), Vec3::NEG_Z);
+        let mut best = Best::within(f32::INFINITY);
+        alone::<_, false>(&tree, &geometry, &Probe::from(&ray), &mut best, &mut worker);
+        assert!(best.found);
+        // The node above the eight, and the one triangle of the fourth.
+        assert_eq!((worker.counters.steps, worker.counters.intersection_tests), (1, 1));
     }
 
     #[test]
