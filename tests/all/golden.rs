@@ -90,6 +90,14 @@ fn golden_shutter() {
     figure("shutter", 32, "--spp 4");
 }
 
+/// Shows of what is kept from frame to frame.
+#[test]
+fn golden_mixing_crossing_and_pedestal() {
+    show("mixing", 48, 6, "--spp 4");
+    show("crossing", 48, 6, "--spp 4");
+    show("pedestal", 36, 6, "--spp 4");
+}
+
 #[test]
 fn golden_softshadows() {
     figure("softshadows", 24, "-D samples=4");
