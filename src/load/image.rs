@@ -48,7 +48,7 @@ fn read_face(path: &Path, linear: bool) -> Result<Face, Diagnostic> {
 
 /// The pixels of an image file of at most `cap` of them; the size is known before anything is allocated for it.
 fn decode(path: &Path, cap: u64) -> Result<DynamicImage, Diagnostic> {
-    let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
+    let bytes = signed_radiance(files::read_bytes(path, limits::IMAGE_FILE_BYTES)?);
     let broken = |e: &dyn std::fmt::Display| Diagnostic::error(format!("cannot read {}: {e}", path.display()));
     let guessed = || ImageReader::new(Cursor::new(&bytes)).with_guessed_format().map_err(|e| broken(&e));
     let known = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Hdr];
@@ -74,6 +74,14 @@ fn decode(path: &Path, cap: u64) -> Result<DynamicImage, Diagnostic> {
     caps.max_alloc = Some(limits::IMAGE_BYTES);
     reader.limits(caps);
     reader.decode().map_err(|e| broken(&e))
+}
+
+/// Some programs sign HDR files as `#?RGBE`, which the decoder takes for another format.
+fn signed_radiance(bytes: Vec<u8>) -> Vec<u8> {
+    match bytes.strip_prefix(b"#?RGBE") {
+        Some(rest) => [b"#?RADIANCE", rest].concat(),
+        None => bytes,
+    }
 }
 
 /// Whether the picture data of a JPEG end with their marker: its decoder fills up with grey what is missing.
@@ -205,5 +213,20 @@ mod tests {
         assert!(read_cube_map(folder.path(), false).unwrap_err().message.contains("`back`"));
         std::fs::write(folder.path().join("back.png"), b"junk").unwrap();
         assert!(read_cube_map(folder.path(), false).is_err());
+    }
+
+    #[test]
+    fn hdr_files_of_either_signature_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.hdr");
+        let mut bytes = Vec::new();
+        let texels = [image::Rgb([0.5f32, 1.0, 8.0]); 6];
+        image::codecs::hdr::HdrEncoder::new(&mut bytes).encode(&texels, 3, 2).unwrap();
+        let rgbe = [b"#?RGBE", bytes.strip_prefix(b"#?RADIANCE").unwrap()].concat();
+        for file in [bytes, rgbe] {
+            std::fs::write(&path, file).unwrap();
+            let image = decode(&path, 100).unwrap();
+            assert_eq!(image.into_rgb32f().get_pixel(2, 1).0, [0.5, 1.0, 8.0]);
+        }
     }
 }
