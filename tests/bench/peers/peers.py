@@ -90,7 +90,7 @@ def write_ron(folder, name, scene, samples):
 
 
 def run_anim(args, name):
-    command = [args.anim, "render", name + ".ron", "-o", name + ".anim.png", "--threads", str(args.threads)]
+    command = [args.anim, "render", name + ".ron", "-o", name + ".anim.png", "--force", "--threads", str(args.threads)]
     out = subprocess.run(command + ["--stats", "json"], cwd=args.folder, check=True, capture_output=True, text=True)
     return json.loads(out.stdout.splitlines()[-1])["render_seconds"]
 
