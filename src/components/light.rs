@@ -41,7 +41,7 @@ record! {
     pub struct AreaLight {
         /// Centre, local space.
         pub position: DVec3 = DVec3::ZERO,
-        /// Width along local x and depth along local z, 0 and up.
+        /// Width along local x and depth along local z, above 0.
         pub size: DVec2 = DVec2::ONE,
         /// Its two edges, local space; take the place of `size`.
         pub edges: Option<[DVec3; 2]> = None,
@@ -69,6 +69,12 @@ impl Check for AreaLight {
             return Err(Invalid { field: "size", message: "`size` must not be negative".into() });
         }
         self.edges.iter().flatten().try_for_each(|e| position("edges", *e))?;
+        let [a, b] = self.edge_vectors();
+        if a.cross(b) == DVec3::ZERO {
+            let field = if self.edges.is_some() { "edges" } else { "size" };
+            let message = format!("`{field}` must span an area: a light without one is a `point_light`");
+            return Err(Invalid { field, message });
+        }
         color("color", self.color)
     }
 }

@@ -159,7 +159,7 @@ fn errors_fall_as_samples_grow() {
     assert!(many < 0.35 * few && few < 0.2, "{few} {many}");
 }
 
-/// Every model under every integrator, with lamps that do not fall off and lamps without area.
+/// Every model under every integrator, with lamps that do not fall off and lamps that are out.
 #[test]
 fn every_integrator_draws_every_model() {
     for integrator in ["Whitted", "Distribution", "Path"] {
@@ -172,14 +172,23 @@ fn every_integrator_draws_every_model() {
                 entities: [
                     (sphere: (), material: "m"),
                     (point_light: (position: (2.0, 3.0, 3.0), color: (0.4, 0.4, 0.4))),
-                    (area_light: (position: (-2.0, 3.0, 3.0), size: (0.0, 1.0), falloff: InverseSquare)),
-                    (area_light: (position: (-2.0, 3.0, 3.0), size: (0.0, 0.0), color: (0.0, 0.0, 0.0))),
+                    (area_light: (position: (-2.0, 3.0, 3.0), size: (0.01, 1.0), falloff: InverseSquare)),
+                    (area_light: (position: (-2.0, 3.0, 3.0), size: (0.2, 0.2), color: (0.0, 0.0, 0.0))),
                 ],
             )"#
             );
             let found = mean(&picture(&Desk::new(), &scene, ""));
             assert!(found > 0.06 && found < 0.9, "{integrator} {model}: {found}");
         }
+    }
+}
+
+#[test]
+fn lamps_without_area_are_refused_with_their_place() {
+    let desk = Desk::new();
+    for (light, place) in [("size: (0, 1)", "a.ron:1:33: "), ("edges: ((1, 0, 0), (2, 0, 0))", "a.ron:1:34: ")] {
+        desk.write("a.ron", format!("(entities: [(area_light: ({light}))])"));
+        desk.anim("check a.ron").fails(3, &[place, "must span an area", "`point_light`"]);
     }
 }
 

@@ -204,7 +204,9 @@ fn wrong_value(name: &str, owner: &str, source: &str, like: Option<Value>, error
     if let Error::NoSuchEnumVariant { expected, found, .. } = error {
         let message = format!("`{name}` of {owner}: unknown choice `{found}`");
         let help = suggestion(found, expected.iter().copied());
-        return (message, help.map(|h| format!("{h} ({})", list(expected))));
+        // Where no word is near, the help lists them all by itself.
+        let listed = |h: String| if h.starts_with("expected") { h } else { format!("{h} ({})", list(expected)) };
+        return (message, help.map(listed));
     }
     if matches!(error, Error::FloatUnderscore | Error::InvalidEscape(_)) {
         return (format!("`{name}` of {owner}: {}", plain(error)), None);
