@@ -17,7 +17,7 @@
 //! | [`script`] | Rhai engine and API; time, easing, keyframes; emits edits as data |
 //! | [`load`] | RON, NFF, P3F, OBJ, PLY, images -> one resolved scene, with diagnostics; scenes -> RON |
 //! | [`output`] | PNG and EXR with metadata, frame names, manifests, what is there already, atomic writes |
-//! | [`trace`] | the kernel: columns of primitives, tree, grid and brute force, SIMD, materials (BSDFs), textures, lights, environment, integrators (recursive, path, photon), samplers |
+//! | [`trace`] | the kernel: columns of primitives, accelerators, SIMD, materials, textures, lights, integrators, samplers |
 //! | [`film`] | linear pixels and layers: accumulate, filter, denoise, expose and tone map |
 //! | [`components`] | what an entity can carry; the scene and its edits as plain data |
 //! | [`base`] | exact mathematics, random numbers, digests, colour, limits, diagnostics |
@@ -26,8 +26,9 @@
 //!
 //! Once: files -> `load` -> [`components::Scene`] + diagnostics -> `systems::spawn` -> World; then all frames to digests
 //! (`shot::plan`), so that it is known which of them are done, alike, or differ in little.
-//! Per frame that is left, and per moment of an open shutter: rest values -> the script's `frame` -> [`components::Edit`]s -> `animate` -> `hierarchy` -> `lights` ->
-//! `extract` (columns) -> `accelerate` -> `render` (tiles) -> `film` -> `output`.
+//! Per frame that is left, and per moment of an open shutter: rest values -> the script's `frame` ->
+//! [`components::Edit`]s -> `animate` -> `hierarchy` -> `lights` -> `extract` (columns) -> `accelerate` -> `render`
+//! (tiles) -> `film` -> `output`.
 
 // Only `trace::simd`, the room with processor instructions in it, may.
 #![deny(unsafe_code)]

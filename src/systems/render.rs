@@ -161,10 +161,7 @@ pub fn expose(
     if !resolved.lens {
         camera = camera.pinhole();
     }
-    let mut environment = surround(stage, &settings)?;
-    if let Some(environment) = environment.as_mut().filter(|_| resolved.follows_paths()) {
-        environment.prepare();
-    }
+    let environment = surround(stage, &settings, resolved.follows_paths())?;
     let before = stage.past.as_ref().map(|past| past.seen_from(stage, settings.size));
     let skins = skins::skins(stage)?;
     let materials = extract::materials(stage);
@@ -233,19 +230,29 @@ pub fn check(stage: &mut Stage) -> Result<(), Diagnostics> {
     skins::read_pictures(stage)
 }
 
-/// What surrounds the scene as the settings have it; a file is read unless it is the one that was read last.
-fn surround(stage: &mut Stage, settings: &Render) -> Result<Option<Environment>, Diagnostics> {
+/// What surrounds the scene as the settings have it; a file is read unless it is the one that was read last, and what
+/// sampling needs of it, if it is to be `sampled`, is kept with it.
+fn surround(stage: &mut Stage, settings: &Render, sampled: bool) -> Result<Option<Environment>, Diagnostics> {
     let Render { environment_intensity: intensity, environment_rotation: rotation, .. } = *settings;
     let Some(name) = &settings.environment else {
         let sky = settings.sky.map(|colors| Source::Sky(colors.map(|c| c.as_vec3())));
-        return Ok(sky.map(|source| Environment::new(source, intensity, rotation)));
+        return Ok(sky.map(|source| {
+            let mut sky = Environment::new(source, intensity, rotation);
+            if sampled {
+                sky.prepare();
+            }
+            sky
+        }));
     };
     let key = (name.clone(), settings.transfer == Transfer::Srgb);
     let Kept { environment, pictures, .. } = &mut stage.kept;
-    let kept = match environment.take() {
+    let mut kept = match environment.take() {
         Some((known, kept)) if known == key => kept.placed(intensity, rotation),
         _ => Environment::new(image::read_surroundings(pictures, &stage.base, name, key.1)?, intensity, rotation),
     };
+    if sampled {
+        kept.prepare();
+    }
     *environment = Some((key, kept.clone()));
     Ok(Some(kept))
 }
