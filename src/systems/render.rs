@@ -18,6 +18,7 @@ use crate::trace::environment::{Environment, Source};
 use crate::trace::footprint::Footprint;
 use crate::trace::integrator::{self, Guide, Photons, Settings, Share, View};
 use crate::trace::lights::Lights;
+use crate::trace::simd::Width;
 use crate::trace::{Accelerator, Counters, Worker};
 
 /// Side of a tile in pixels: small enough to share out evenly, large enough for neighbours to share cells.
@@ -180,6 +181,7 @@ pub fn expose(
         before: before.as_ref(),
         environment: environment.as_ref(),
         settings: &resolved,
+        lanes: Width::detect(),
         filter: &filter,
         width: settings.size[0],
         passes: exposure.passes.count(),

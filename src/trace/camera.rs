@@ -7,6 +7,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::Ray;
 use super::sampler::{Domain, Node, Sampler, concentric_disk};
+use super::simd::{Lanes, V3};
 use crate::components::{Camera, Lens};
 
 /// A camera resolved for a picture of a given size.
@@ -75,19 +76,35 @@ impl CameraRays {
     /// The ray of one sample through pixel (x, y), counted from the top left, at the given offset in the pixel.
     #[inline(always)]
     pub fn ray(&self, x: u32, y: u32, offset: [f32; 2], sampler: &Sampler) -> Ray {
-        let across = (x as f32 + offset[0]) * self.pixel[0] - 1.0;
-        let down = (y as f32 + offset[1]) * self.pixel[1] - 1.0;
-        let direction = self.forward + self.right * across - self.up * down;
+        let place = [x as f32 + offset[0], y as f32 + offset[1]];
+        let square = if self.has_lens() { sampler.stratified(Node::CAMERA, Domain::Lens) } else { [0.5; 2] };
+        let (origin, direction) = self.aim::<f32>(place, square);
+        Ray::new(origin.into(), direction.into())
+    }
+
+    /// Whether rays start anywhere else than in the middle of the lens.
+    pub fn has_lens(&self) -> bool {
+        self.lens.is_some()
+    }
+
+    /// Origin and direction of rays through places of the picture, in pixels from the top left, and through points of
+    /// the lens, which those of the unit square stand for.
+    #[inline(always)]
+    pub fn aim<L: Lanes>(&self, [x, y]: [L; 2], [u, v]: [L; 2]) -> (V3<L>, V3<L>) {
+        let (one, two) = (L::splat(1.0), L::splat(2.0));
+        let (across, down) = (x * L::splat(self.pixel[0]) - one, y * L::splat(self.pixel[1]) - one);
+        let (right, up) = (V3::splat(self.right), V3::splat(self.up));
+        let direction = V3::splat(self.forward) + right.scale(across) - up.scale(down);
+        let origin = V3::splat(self.origin);
         let Some(lens) = self.lens else {
-            return Ray::new(self.origin, direction.normalize());
+            return (origin, direction.normalize());
         };
-        let square = sampler.stratified(Node::CAMERA, Domain::Lens);
         let [lx, ly] = match lens {
-            Lens::Disk => concentric_disk(square),
-            Lens::Square => square.map(|x| 2.0 * x - 1.0),
+            Lens::Disk => concentric_disk([u, v]),
+            Lens::Square => [two * u - one, two * v - one],
         };
-        let shift = self.lens_right * lx + self.lens_up * ly;
-        Ray::new(self.origin + shift, (direction * self.focus_distance - shift).normalize())
+        let shift = V3::splat(self.lens_right).scale(lx) + V3::splat(self.lens_up).scale(ly);
+        (origin + shift, (direction.scale(L::splat(self.focus_distance)) - shift).normalize())
     }
 }
 

@@ -19,7 +19,7 @@ impl Ray {
 }
 
 /// The nearest intersection.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hit {
     /// Distance along the ray, above 0.
     pub t: f32,

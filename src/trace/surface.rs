@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::simd::{Lanes, V3};
+
 /// A bound for the rounding error of a handful of operations, relative to the size of their operands: twice the
 /// gamma(4) of Higham that `pbrt` uses (pbrt-v4, section 6.8), since the test that a leaving ray meets errs too.
 pub const ROUNDING: f32 = 8.0 * (f32::EPSILON / 2.0);
@@ -22,6 +24,44 @@ pub struct Surface {
     pub entity: u32,
 }
 
+/// Points side by side; as [`Surface`].
+#[derive(Clone, Copy, Debug)]
+pub struct Points<L> {
+    pub point: V3<L>,
+    pub error: V3<L>,
+    pub geometric_normal: V3<L>,
+    pub shading_normal: V3<L>,
+}
+
+impl<L: Lanes> Points<L> {
+    /// Takes point, error, geometric and shading normal into some lanes.
+    #[inline(always)]
+    pub fn put(&mut self, mask: L::Mask, [point, error, geometric, shading]: [V3<L>; 4]) {
+        self.point = V3::select(mask, point, self.point);
+        self.error = V3::select(mask, error, self.error);
+        self.geometric_normal = V3::select(mask, geometric, self.geometric_normal);
+        self.shading_normal = V3::select(mask, shading, self.shading_normal);
+    }
+
+    /// The sides that face against these directions.
+    #[inline(always)]
+    pub fn facing(self, direction: V3<L>) -> Self {
+        let front = direction.dot(self.geometric_normal).lt(L::splat(0.0));
+        let (geometric, shading) = (self.geometric_normal, self.shading_normal);
+        Points {
+            geometric_normal: V3::select(front, geometric, -geometric),
+            shading_normal: V3::select(front, shading, -shading),
+            ..self
+        }
+    }
+
+    /// See [`Surface::leave`].
+    #[inline(always)]
+    pub fn leave(&self, direction: V3<L>) -> V3<L> {
+        leave(self.point, self.error, self.geometric_normal, direction)
+    }
+}
+
 impl Surface {
     /// The same point seen from the other side: both normals turned round.
     #[inline(always)]
@@ -32,19 +72,23 @@ impl Surface {
     /// A start for a ray that leaves towards `direction`, off the surface by no more than the rounding error.
     #[inline(always)]
     pub fn leave(&self, direction: Vec3) -> Vec3 {
-        let n = self.geometric_normal;
-        let distance = n.abs().dot(self.error);
-        let offset = if n.dot(direction) < 0.0 { -n * distance } else { n * distance };
-        // The sum is rounded: away from the surface, never back towards it.
-        let away = |p: f32, o: f32| {
-            if o > 0.0 {
-                (p + o).next_up()
-            } else if o < 0.0 {
-                (p + o).next_down()
-            } else {
-                p
-            }
-        };
-        Vec3::new(away(self.point.x, offset.x), away(self.point.y, offset.y), away(self.point.z, offset.z))
+        let [point, error, normal] = [self.point, self.error, self.geometric_normal].map(V3::<f32>::from);
+        leave(point, error, normal, direction.into()).into()
     }
+}
+
+/// See [`Surface::leave`].
+#[inline(always)]
+pub fn leave<L: Lanes>(point: V3<L>, error: V3<L>, normal: V3<L>, direction: V3<L>) -> V3<L> {
+    let zero = L::splat(0.0);
+    let side = V3::select(normal.dot(direction).lt(zero), -normal, normal);
+    let offset = side.scale(normal.abs().dot(error));
+    V3 { x: away(point.x, offset.x), y: away(point.y, offset.y), z: away(point.z, offset.z) }
+}
+
+/// The sum, rounded away from the first.
+#[inline(always)]
+fn away<L: Lanes>(p: L, offset: L) -> L {
+    let (zero, sum) = (L::splat(0.0), p + offset);
+    L::select(zero.lt(offset), sum.next_up(), L::select(offset.lt(zero), sum.next_down(), p))
 }

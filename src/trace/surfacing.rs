@@ -80,6 +80,13 @@ impl Surfacing {
         self.specular == Vec3::ZERO && self.reflection == 0.0 && self.transmission == 0.0
     }
 
+    /// Whether light is scattered by Lambert's law, and nothing else happens.
+    #[inline]
+    pub fn is_plain(&self) -> bool {
+        let matt = self.model == Model::Lambert || (self.model == Model::BlinnPhong && self.is_matt());
+        matt && self.emission == Vec3::ZERO
+    }
+
     /// What is left of light after a way inside the body, by Beer's law.
     pub fn left_after(&self, distance: f32) -> Vec3 {
         // Where nothing is swallowed, nothing is on an endless way either.

@@ -20,6 +20,7 @@ use std::f32::consts::{FRAC_1_PI, PI};
 use glam::Vec3;
 
 use super::sampler::concentric_disk;
+use super::simd::{Lanes, V3};
 use super::surfacing::Surfacing;
 use crate::components::{Fresnel, Model};
 use blinn::BlinnPhong;
@@ -178,8 +179,14 @@ fn weighed(wi: Vec3, value: Vec3, pdf: f32) -> Option<Sampled> {
 /// A direction by the cosine over the upper hemisphere.
 #[inline]
 pub fn cosine_hemisphere(u: [f32; 2]) -> Vec3 {
+    cosine_directions(u).into()
+}
+
+/// As [`cosine_hemisphere`].
+#[inline(always)]
+pub fn cosine_directions<L: Lanes>(u: [L; 2]) -> V3<L> {
     let [x, y] = concentric_disk(u);
-    Vec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
+    V3 { x, y, z: (L::splat(1.0) - x * x - y * y).max(L::splat(0.0)).sqrt() }
 }
 
 #[inline]
@@ -199,8 +206,8 @@ impl Frame {
     /// `normal` is unit.
     #[inline]
     pub fn new(normal: Vec3) -> Self {
-        let (x, y) = normal.any_orthonormal_pair();
-        Frame { x, y, z: normal }
+        let [x, y] = tangents(V3::<f32>::from(normal));
+        Frame { x: x.into(), y: y.into(), z: normal }
     }
 
     #[inline]
@@ -212,6 +219,17 @@ impl Frame {
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         self.x * v.x + self.y * v.y + self.z * v.z
     }
+}
+
+/// Two axes across a unit normal (Duff et al., Building an Orthonormal Basis, Revisited, JCGT 2017).
+#[inline(always)]
+pub fn tangents<L: Lanes>(normal: V3<L>) -> [V3<L>; 2] {
+    let V3 { x, y, z } = normal;
+    let one = L::splat(1.0);
+    let sign = L::select(z.lt(L::splat(0.0)), -one, one);
+    let a = -one / (sign + z);
+    let b = x * y * a;
+    [V3 { x: one + sign * x * x * a, y: sign * b, z: -sign * x }, V3 { x: b, y: sign + y * y * a, z: -y }]
 }
 
 /// A uniform direction around z for two numbers: radius in the plane and height are given by `z`.

@@ -50,9 +50,11 @@ impl Part {
         Part { mesh: mesh.clone(), points, normals, mirrored, tag, first: 0 }
     }
 
+    #[inline(always)]
     pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
         let points = self.points.as_ref().unwrap_or(&self.mesh.vertices);
-        let [a, b, c] = self.mesh.triangles[triangle as usize].map(|i| points[i as usize]);
+        let [a, b, c] = self.mesh.triangles[triangle as usize];
+        let [a, b, c] = [points[a as usize], points[b as usize], points[c as usize]];
         if self.mirrored { [a, c, b] } else { [a, b, c] }
     }
 

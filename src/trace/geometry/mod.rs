@@ -121,7 +121,11 @@ pub struct Geometry {
     /// Number at which each kind ends.
     ends: Layout,
     bounds: Bounds,
+    /// Middle and diagonal of the bounds.
+    center: Vec3,
     reach: f32,
+    /// Square of the distance from the middle at which rays start far away.
+    far: f32,
 }
 
 impl Geometry {
@@ -205,6 +209,10 @@ impl Geometry {
         let parts = self.parts.iter().map(Part::bounds);
         self.bounds = parts.chain(self.instances.iter().map(|i| i.bounds)).fold(loose, Bounds::union);
         self.reach = self.bounds.size().length();
+        (self.center, self.far) = match self.bounds.is_empty() {
+            true => (Vec3::ZERO, f32::INFINITY),
+            false => (self.bounds.center(), 16.0 * self.reach * self.reach),
+        };
     }
 
     /// Number of primitives so far.
@@ -322,10 +330,10 @@ impl Geometry {
     /// A ray that starts far from all finite primitives, moved up to them: distance moved, and the ray from there.
     ///
     /// Precision then does not depend on how far away the camera is. Whatever finds primitives goes through this.
-    #[inline]
+    #[inline(always)]
     pub fn approach(&self, ray: &Ray) -> (f32, Ray) {
-        let to_center = self.bounds.center() - ray.origin;
-        if self.bounds.is_empty() || to_center.length_squared() < 16.0 * self.reach * self.reach {
+        let to_center = self.center - ray.origin;
+        if to_center.length_squared() < self.far {
             return (0.0, *ray);
         }
         let skip = (to_center.dot(ray.direction) - self.reach).max(0.0);

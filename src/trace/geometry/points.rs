@@ -3,9 +3,10 @@
 use glam::Vec3;
 
 use super::solid::{Map, Placed, Solid};
-use super::{FLAT, Geometry, Kind, Tag};
+use super::{Geometry, Kind, Tag};
 use crate::trace::shapes::{Frustum, Part};
-use crate::trace::surface::{ROUNDING, Surface};
+use crate::trace::simd::{LANES, Lanes, V3, Wide, set_lane};
+use crate::trace::surface::{Points, ROUNDING, Surface};
 use crate::trace::{Hit, Ray};
 
 impl Geometry {
@@ -25,13 +26,7 @@ impl Geometry {
                 let [x, y, z, r] = self.spheres[index];
                 flat(tag, on_sphere(near(), Vec3::new(x, y, z), r))
             }
-            Kind::Triangle => {
-                let mixed = || {
-                    let [na, nb, nc] = self.normals[self.shading[index] as usize];
-                    na * (1.0 - hit.u - hit.v) + nb * hit.u + nc * hit.v
-                };
-                on_triangle(tag, &self.triangles[index], hit, (self.shading[index] != FLAT).then(mixed))
-            }
+            Kind::Triangle => on_triangle(tag, &self.triangles[index], hit, self.mixed_normal(index, hit)),
             Kind::Box => {
                 let [min, max] = self.boxes[index];
                 flat(tag, on_box(near(), min, max))
@@ -60,6 +55,115 @@ impl Geometry {
     }
 }
 
+impl Geometry {
+    /// Direction of the shading normal of a triangle that stands alone, if it is smooth; any length.
+    #[inline(always)]
+    fn mixed_normal(&self, index: usize, hit: &Hit) -> Option<Vec3> {
+        let [a, b, c] = self.normals.get(self.shading[index] as usize)?;
+        Some(*a * (1.0 - hit.u - hit.v) + *b * hit.u + *c * hit.v)
+    }
+}
+
+/// What points of hits are made from, column by column.
+#[derive(Default)]
+struct Columns {
+    corners: [[[f32; LANES]; 3]; 3],
+    weights: [[f32; LANES]; 2],
+    mixed: [[f32; LANES]; 3],
+    /// A bit for each lane with a triangle, with a smooth one, with a sphere.
+    triangles: u32,
+    smooth: u32,
+    spheres: u32,
+    near: [[f32; LANES]; 3],
+    center: [[f32; LANES]; 3],
+    radius: [f32; LANES],
+    /// Of all other shapes: point, error, geometric and shading normal.
+    others: [[[f32; LANES]; 3]; 4],
+}
+
+impl Columns {
+    #[inline(always)]
+    fn triangle(&mut self, lane: usize, corners: [Vec3; 3], hit: &Hit, mixed: Option<Vec3>) {
+        self.triangles |= 1 << lane;
+        for i in 0..3 {
+            set_lane(&mut self.corners[i], lane, corners[i]);
+        }
+        (self.weights[0][lane], self.weights[1][lane]) = (hit.u, hit.v);
+        if let Some(mixed) = mixed {
+            self.smooth |= 1 << lane;
+            set_lane(&mut self.mixed, lane, mixed);
+        }
+    }
+}
+
+impl Geometry {
+    /// As [`Self::surface`] for eight hits.
+    #[inline(always)]
+    pub fn surfaces<L: Wide>(&self, rays: [&Ray; LANES], hits: &[Hit; LANES]) -> Points<L> {
+        let mut columns = Columns::default();
+        for (lane, (ray, hit)) in rays.into_iter().zip(hits).enumerate() {
+            self.gather(&mut columns, lane, ray, hit);
+        }
+        let [point, error, geometric, shading] = &columns.others;
+        let mut points = Points {
+            point: V3::load(point),
+            error: V3::load(error),
+            geometric_normal: V3::load(geometric),
+            shading_normal: V3::load(shading),
+        };
+        if columns.triangles != 0 {
+            let ([a, b, c], [u, v]) = (&columns.corners, &columns.weights);
+            let corners = [V3::load(a), V3::load(b), V3::load(c)];
+            let (point, normal, error) = triangle_point(corners, [L::load(u), L::load(v)]);
+            let mut shading = normal;
+            if columns.smooth != 0 {
+                let smooth = smoothed(V3::load(&columns.mixed), normal);
+                shading = V3::select(L::mask(columns.smooth), smooth, normal);
+            }
+            points.put(L::mask(columns.triangles), [point, error, normal, shading]);
+        }
+        if columns.spheres != 0 {
+            let center = V3::load(&columns.center);
+            let (point, normal, error) = sphere_point(V3::load(&columns.near), center, L::load(&columns.radius));
+            points.put(L::mask(columns.spheres), [point, error, normal, normal]);
+        }
+        points
+    }
+
+    #[inline(always)]
+    fn gather(&self, columns: &mut Columns, lane: usize, ray: &Ray, hit: &Hit) {
+        let n = hit.primitive;
+        let kind = self.kind_of(n);
+        let index = (n - self.range(kind).start) as usize;
+        match kind {
+            Kind::MeshTriangle => {
+                let part = self.part_of(n);
+                let triangle = n - part.first;
+                let mixed = part.shading_normal(triangle, hit.u, hit.v);
+                columns.triangle(lane, part.corners(triangle), hit, mixed);
+            }
+            Kind::Triangle => {
+                columns.triangle(lane, self.triangles[index], hit, self.mixed_normal(index, hit));
+            }
+            Kind::Sphere => {
+                let [x, y, z, r] = self.spheres[index];
+                let (_, near) = self.approach(ray);
+                columns.spheres |= 1 << lane;
+                set_lane(&mut columns.near, lane, near.origin + near.direction * hit.u);
+                set_lane(&mut columns.center, lane, Vec3::new(x, y, z));
+                columns.radius[lane] = r;
+            }
+            _ => {
+                let s = self.surface(ray, hit);
+                let vectors = [s.point, s.error, s.geometric_normal, s.shading_normal];
+                for i in 0..4 {
+                    set_lane(&mut columns.others[i], lane, vectors[i]);
+                }
+            }
+        }
+    }
+}
+
 #[inline(always)]
 fn flat(tag: Tag, (point, normal, error): (Vec3, Vec3, Vec3)) -> Surface {
     let Tag { material, entity, .. } = tag;
@@ -68,17 +172,29 @@ fn flat(tag: Tag, (point, normal, error): (Vec3, Vec3, Vec3)) -> Surface {
 
 /// `shading` is the interpolated normal, of any length.
 #[inline(always)]
-fn on_triangle(tag: Tag, [a, b, c]: &[Vec3; 3], hit: &Hit, shading: Option<Vec3>) -> Surface {
-    let w = 1.0 - hit.u - hit.v;
-    let point = *a * w + *b * hit.u + *c * hit.v;
-    let error = a.abs().max(b.abs()).max(c.abs()) * ROUNDING;
-    let normal = (*b - *a).cross(*c - *a).normalize_or(Vec3::Y);
-    let mut surface = flat(tag, (point, normal, error));
+fn on_triangle(tag: Tag, corners: &[Vec3; 3], hit: &Hit, shading: Option<Vec3>) -> Surface {
+    let (point, normal, error) = triangle_point(corners.map(V3::<f32>::from), [hit.u, hit.v]);
+    let mut surface = flat(tag, (point.into(), normal.into(), error.into()));
     if let Some(mixed) = shading {
-        let mixed = mixed.normalize_or(normal);
-        surface.shading_normal = if mixed.dot(normal) < 0.0 { -mixed } else { mixed };
+        surface.shading_normal = smoothed(mixed.into(), normal).into();
     }
     surface
+}
+
+/// Point, normal and error at weights of the second and third corner.
+#[inline(always)]
+fn triangle_point<L: Lanes>([a, b, c]: [V3<L>; 3], [u, v]: [L; 2]) -> (V3<L>, V3<L>, V3<L>) {
+    let w = L::splat(1.0) - u - v;
+    let point = a.scale(w) + b.scale(u) + c.scale(v);
+    let error = a.abs().max(b.abs()).max(c.abs()).scale(L::splat(ROUNDING));
+    (point, (b - a).cross(c - a).normalize_or(V3::splat(Vec3::Y)), error)
+}
+
+/// The interpolated normal, of any length, as a unit vector on the side of the true one.
+#[inline(always)]
+fn smoothed<L: Lanes>(mixed: V3<L>, normal: V3<L>) -> V3<L> {
+    let mixed = mixed.normalize_or(normal);
+    V3::select(mixed.dot(normal).lt(L::splat(0.0)), -mixed, mixed)
 }
 
 /// A local point with its uncertainty carried into the world.
@@ -112,9 +228,16 @@ impl Placed {
 }
 
 fn on_sphere(near: Vec3, center: Vec3, radius: f32) -> (Vec3, Vec3, Vec3) {
-    let normal = (near - center).normalize_or(Vec3::Y);
-    let point = center + normal * radius;
-    (point, normal, (center.abs() + radius) * ROUNDING)
+    let (point, normal, error) = sphere_point::<f32>(near.into(), center.into(), radius);
+    (point.into(), normal.into(), error.into())
+}
+
+/// Point, normal and error next to a point.
+#[inline(always)]
+fn sphere_point<L: Lanes>(near: V3<L>, center: V3<L>, radius: L) -> (V3<L>, V3<L>, V3<L>) {
+    let normal = (near - center).normalize_or(V3::splat(Vec3::Y));
+    let error = center.abs() + V3 { x: radius, y: radius, z: radius };
+    (center + normal.scale(radius), normal, error.scale(L::splat(ROUNDING)))
 }
 
 /// The nearest face, with the point exactly on it.

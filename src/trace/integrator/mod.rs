@@ -11,7 +11,10 @@
 //! direction, chosen at random; [`photon`] reads indirect light from photons instead. No contribution is cut off for being small.
 
 mod adaptive;
+mod classic;
 mod feature;
+mod group;
+mod matt;
 mod path;
 mod photon;
 mod recursive;
@@ -24,10 +27,11 @@ use super::camera::CameraRays;
 use super::environment::Environment;
 use super::footprint::Boxes;
 use super::lights::Lights;
-use super::sampler::{Domain, Node, Sampler};
+use super::sampler::{Domain, Eight, Node, Sampler};
+use super::simd::{Kernel, LANES, Wide, Width, lane};
 use super::surfacing::Surfacing;
 use super::texture::{Cone, Skins};
-use super::{Accelerator, Geometry, Worker};
+use super::{Accelerator, Geometry, Ray, Worker};
 use crate::base::random::combine;
 use crate::components::{Fresnel, Integrator, Render, Shadows};
 use crate::film::{FilterTable, Tally};
@@ -137,6 +141,8 @@ pub struct View<'a> {
     /// Takes the place of the background colour.
     pub environment: Option<&'a Environment>,
     pub settings: &'a Settings,
+    /// What shading that goes side by side runs in.
+    pub lanes: Width,
     /// Where in and around a pixel its samples lie.
     pub filter: &'a FilterTable,
     pub width: u32,
@@ -167,14 +173,14 @@ impl Share {
         const STEPS: u64 = 1 << 24;
         let pixel = *pixel;
         let count = pixel.strata * pixel.strata;
-        let shift = pixel.offset(Domain::Time, STEPS);
-        let bound = move |part: u32| {
+        let whole = self.of == 1;
+        let shift = if whole { 0 } else { pixel.offset(Domain::Time, STEPS) };
+        let bound = |part: u32| {
             let at = (u64::from(part) * u64::from(count) * STEPS).div_ceil(u64::from(self.of));
             (at.saturating_sub(shift).div_ceil(STEPS) as u32).min(count)
         };
-        let whole = self.of == 1;
-        (bound(self.index)..bound(self.index + 1))
-            .map(move |slot| if whole { slot } else { pixel.shuffled(Domain::Time, slot) })
+        let slots = if whole { 0..count } else { bound(self.index)..bound(self.index + 1) };
+        slots.map(move |slot| if whole { slot } else { pixel.shuffled(Domain::Time, slot) })
     }
 }
 
@@ -218,69 +224,96 @@ fn sample(view: View, picked: Picked, tallies: &mut [Tally], worker: &mut Worker
     let Picked { round, share, places, active } = picked;
     let strata = view.settings.strata;
     let seed = if round == 0 { view.settings.seed } else { combine(view.settings.seed, round.into()) };
-    let mut buffers = std::mem::take(&mut worker.waves);
     let cone = Cone { width: 0.0, spread: view.camera.spread() / strata as f32 };
-    let mut work = active.iter().flat_map(|pixel| {
-        let mut sampler = view.settings.sampler(seed, places[*pixel as usize], view.width);
-        share.samples(&sampler).map(move |sample| {
-            sampler.sample = sample;
-            (*pixel as usize, sampler)
-        })
-    });
     let mut batch: Vec<(usize, Sampler)> = Vec::with_capacity(BATCH);
-    loop {
-        batch.clear();
-        batch.extend(work.by_ref().take(BATCH));
-        if batch.is_empty() {
-            break;
-        }
-        buffers.begin(batch.len(), view.passes, view.settings.features);
-        for (pixel, sampler) in &batch {
-            let [x, y] = places[*pixel];
-            let square = if strata == 1 { [0.5; 2] } else { sampler.in_own_cell(Node::CAMERA, Domain::Pixel) };
-            let (offset, weight) = view.filter.sample(square);
-            let [dx, dy] = offset.map(|x| x - 0.5);
-            let lot = Lot { weight, off_center: dx * dx + dy * dy };
-            buffers.start(view.camera.ray(x, y, offset, sampler), *sampler, cone, lot);
-        }
-        worker.counters.primary_rays += batch.len() as u64;
-        wave::trace(view, &mut buffers, worker);
-        for (i, (pixel, _)) in batch.iter().enumerate() {
-            let (pixel, lot) = (*pixel, buffers.lots[i]);
-            for (pass, tally) in tallies.iter_mut().enumerate() {
-                tally.add(pixel, buffers.colors[pass * BATCH + i], lot.weight);
+    for pixel in active {
+        let mut sampler = view.settings.sampler(seed, places[*pixel as usize], view.width);
+        for sample in share.samples(&sampler) {
+            sampler.sample = sample;
+            batch.push((*pixel as usize, sampler));
+            if batch.len() == BATCH {
+                add_batch(view, places, cone, &batch, tallies, worker);
+                batch.clear();
             }
-            if view.settings.features {
-                tallies[0].add_feature(pixel, buffers.features[i].as_ref(), lot.off_center);
-            }
+        }
+    }
+    add_batch(view, places, cone, &batch, tallies, worker);
+}
+
+/// Adds samples of pixels, given by their number in the list.
+fn add_batch(
+    view: View,
+    places: &[[u32; 2]],
+    cone: Cone,
+    batch: &[(usize, Sampler)],
+    tallies: &mut [Tally],
+    worker: &mut Worker,
+) {
+    let mut buffers = std::mem::take(&mut worker.waves);
+    buffers.begin(batch.len(), view.passes, view.settings.features);
+    view.lanes.run(Start { view, places, batch, cone, buffers: &mut buffers });
+    worker.counters.primary_rays += batch.len() as u64;
+    wave::trace(view, &mut buffers, worker);
+    for (i, ((pixel, _), lot)) in batch.iter().zip(&buffers.lots).enumerate() {
+        for (pass, tally) in tallies.iter_mut().enumerate() {
+            tally.add(*pixel, buffers.colors[pass * BATCH + i], lot.weight);
+        }
+        if view.settings.features {
+            tallies[0].add_feature(*pixel, buffers.features[i].as_ref(), lot.off_center);
         }
     }
     worker.waves = buffers;
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// Camera rays of a batch: pixels by their place in the list, and samples of theirs.
+struct Start<'a> {
+    view: View<'a>,
+    places: &'a [[u32; 2]],
+    batch: &'a [(usize, Sampler)],
+    cone: Cone,
+    buffers: &'a mut Buffers,
+}
 
-    #[test]
-    fn shares_are_a_fair_partition_of_the_samples() {
-        for (strata, of) in [(1, 1), (2, 4), (3, 7), (4, 16), (4, 5), (6, 1)] {
-            let mut sizes = vec![0u32; of as usize];
-            for pixel in 0..4000 {
-                let sampler = Sampler::new(3, pixel, strata);
-                let mut seen = vec![false; (strata * strata) as usize];
-                for index in 0..of {
-                    for sample in (Share { index, of }).samples(&sampler) {
-                        assert!(!std::mem::replace(&mut seen[sample as usize], true));
-                        sizes[index as usize] += 1;
-                    }
-                }
-                assert!(seen.iter().all(|s| *s), "{strata} {of}");
+impl Kernel for Start<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Wide>(self) {
+        let Start { view, places, batch, cone, buffers } = self;
+        for eight in batch.chunks(LANES) {
+            let mut samplers = [&eight[0].1; LANES];
+            let mut pixels = [eight[0].0; LANES];
+            for (i, (pixel, sampler)) in eight.iter().enumerate() {
+                (pixels[i], samplers[i]) = (*pixel, sampler);
             }
-            let mean = f64::from(4000 * strata * strata) / f64::from(of);
-            assert!(sizes.iter().all(|n| (f64::from(*n) / mean - 1.0).abs() < 0.03), "{strata} {of}: {sizes:?}");
+            let samplers = Eight::new(samplers, [Node::CAMERA; LANES]);
+            let mut square = [[0.5; LANES]; 2];
+            if view.settings.strata > 1 {
+                let [x, y] = samplers.in_own_cell::<L>(Domain::Pixel);
+                square = [x.store(), y.store()];
+            }
+            let mut place = [[0.0; LANES]; 2];
+            let mut lots = [Lot::default(); LANES];
+            for i in 0..LANES {
+                let [x, y] = places[pixels[i]];
+                let (offset, weight) = view.filter.sample([square[0][i], square[1][i]]);
+                [place[0][i], place[1][i]] = [x as f32 + offset[0], y as f32 + offset[1]];
+                let (dx, dy) = (offset[0] - 0.5, offset[1] - 0.5);
+                lots[i] = Lot { weight, off_center: dx * dx + dy * dy };
+            }
+            let mut lens = [L::splat(0.5); 2];
+            if view.camera.has_lens() {
+                lens = samplers.stratified(Domain::Lens);
+            }
+            let (origin, direction) = view.camera.aim([L::load(&place[0]), L::load(&place[1])], lens);
+            let (origin, direction) = (origin.store(), direction.store());
+            for (i, (_, sampler)) in eight.iter().enumerate() {
+                let ray = Ray::new(lane(&origin, i), lane(&direction, i));
+                buffers.start(ray, *sampler, cone, lots[i]);
+            }
         }
-        let whole: Vec<u32> = Share::WHOLE.samples(&Sampler::new(1, 2, 3)).collect();
-        assert_eq!(whole, (0..9).collect::<Vec<_>>());
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -16,7 +16,7 @@ use crate::trace::sampler::Domain;
 use crate::trace::{Counters, Ray};
 
 /// Rays that every path may have before chance decides about it.
-const SAFE_DEPTH: u32 = 3;
+pub const SAFE_DEPTH: u32 = 3;
 
 /// Adds the light of lamps that a ray crosses on its way; they do not stop it.
 #[inline]

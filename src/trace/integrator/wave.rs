@@ -2,11 +2,15 @@
 
 use glam::Vec3;
 
+use super::classic::{Classic, is_classic};
+use super::group::{Met, Place};
+use super::matt::Matt;
 use super::{BATCH, View, feature, path, photon, recursive};
 use crate::components::Integrator;
 use crate::film::Feature;
 use crate::trace::bsdf::Frame;
 use crate::trace::sampler::{Node, Sampler};
+use crate::trace::simd::Lanes;
 use crate::trace::surfacing::Surfacing;
 use crate::trace::texture::Cone;
 use crate::trace::{Hit, Ray, Surface, Worker};
@@ -39,14 +43,14 @@ pub enum Seeks {
 }
 
 /// Cosine below which a smooth normal is not trusted.
-const LEAST_FACING: f32 = 1e-3;
+pub const LEAST_FACING: f32 = 1e-3;
 
 /// No medium that swallows light.
 pub const CLEAR: u32 = u32::MAX;
 
 /// How much wider the cones of rays get that a diffuse surface scatters, in radians: far less than they are apart, so
 /// that what they find of a texture stays true to its place.
-const DIFFUSE_SPREAD: f32 = 0.1;
+pub const DIFFUSE_SPREAD: f32 = 0.1;
 
 impl Errand {
     /// The errand of a ray in the one possible direction.
@@ -79,6 +83,10 @@ impl Wave {
         &self.rays
     }
 
+    pub fn errands(&self) -> &[Errand] {
+        &self.errands
+    }
+
     pub fn get(&self, i: usize) -> (Ray, Errand) {
         (self.rays[i], self.errands[i])
     }
@@ -99,7 +107,7 @@ pub struct Shadows {
 }
 
 /// A sample's part in its pixel.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Lot {
     pub weight: f32,
     /// Square of its distance from the pixel's centre.
@@ -130,6 +138,8 @@ pub struct Buffers {
     blocked: Vec<bool>,
     /// By light.
     shadows: Vec<Shadows>,
+    /// Hits that are shaded side by side.
+    places: Vec<Place>,
     samplers: Vec<Sampler>,
     /// Colour of each sample, pass by pass: see [`place`].
     pub colors: Vec<Vec3>,
@@ -236,11 +246,16 @@ fn find(view: View, buffers: &mut Buffers, worker: &mut Worker) {
 }
 
 fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
-    let Buffers { wave, next, hits, shadows, samplers, colors, features, .. } = buffers;
+    let Buffers { wave, next, hits, shadows, places, samplers, colors, features, .. } = buffers;
     let path = view.settings.follows_paths();
     let last = depth == view.settings.max_depth;
-    for ((ray, errand), hit) in wave.rays.iter().zip(&wave.errands).zip(hits) {
-        let mut errand = *errand;
+    // What the film is to know of a hit is found for each alone, and so is light of shining primitives in pictures that
+    // look for it beside that of lamps.
+    let alone = (view.settings.features && depth == 1) || view.photons.is_some();
+    let side_by_side = !alone && (path || view.lights.emitters().is_empty());
+    places.clear();
+    for (i, ((ray, kept), hit)) in wave.rays.iter().zip(&mut wave.errands).zip(&*hits).enumerate() {
+        let mut errand = *kept;
         let met = hit.map_or(f32::INFINITY, |hit| hit.t);
         if path && errand.seeks != Seeks::Unsent {
             path::cross_lamps(view, &Ray { t_max: met, ..*ray }, &errand, depth == 1, colors);
@@ -248,11 +263,21 @@ fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
         let color = &mut colors[errand.sample as usize];
         if errand.medium != CLEAR {
             errand.weight *= view.materials[errand.medium as usize].left_after(met);
+            kept.weight = errand.weight;
         }
         let Some(hit) = hit else {
             *color += errand.weight * sky(view, ray.direction, &errand);
             continue;
         };
+        if side_by_side {
+            let tag = view.geometry.tag(hit.primitive);
+            let material = &view.materials[tag.material as usize];
+            let usual = if path { material.is_plain() } else { is_classic(view, material) };
+            if usual && !view.skins.covers(tag.entity) {
+                places.push([i as u32, tag.material]);
+                continue;
+            }
+        }
         let mut surface = view.geometry.surface(ray, hit);
         let mut material = &view.materials[surface.material as usize];
         errand.cone = errand.cone.at(hit.t);
@@ -287,6 +312,13 @@ fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
             recursive::shade(view, &met, last, shadows, next, &mut worker.counters);
         }
     }
+    let met = Met { view, wave, hits, places, samplers };
+    let counters = &mut worker.counters;
+    if path {
+        view.lanes.run(Matt { met, depth, shadows, next, counters });
+    } else {
+        view.lanes.run(Classic { met, last, shadows, next, counters });
+    }
 }
 
 /// What a ray sees that leaves the scene, by its weight. Where it was asked for too, both ask the same point.
@@ -306,14 +338,12 @@ fn sky(view: View, direction: Vec3, errand: &Errand) -> Vec3 {
 
 /// Weight of light that a ray found by itself, where lights were asked for it too: the power heuristic (Veach 1997,
 /// section 9.2). 0 stands for a density of which there is none.
-#[inline]
-pub fn found(pdf: f32, asked: f32) -> f32 {
-    if pdf == 0.0 {
-        return 1.0;
-    }
+#[inline(always)]
+pub fn found<L: Lanes>(pdf: L, asked: L) -> L {
+    let one = L::splat(1.0);
     // The smaller one is divided: no square can overflow.
     let ratio = asked / pdf;
-    1.0 / (1.0 + ratio * ratio)
+    L::select(pdf.ne(L::splat(0.0)), one / (one + ratio * ratio), one)
 }
 
 /// Traces the shadow rays towards a light and adds what gets through.

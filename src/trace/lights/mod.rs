@@ -7,6 +7,7 @@
 //! Spheres, triangles (of meshes too) and boxes that shine are sampled; other shapes that do are left to the rays that
 //! happen to meet them. [`Lights::sample`] is for light towards a point, [`Lights::emit`] for photons.
 
+mod eight;
 mod emitters;
 mod sources;
 
@@ -15,6 +16,7 @@ use std::f32::consts::PI;
 use glam::Vec3;
 
 use super::Ray;
+pub use eight::Arrivals;
 pub use emitters::Emitter;
 pub use sources::Lights;
 

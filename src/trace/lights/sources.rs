@@ -7,6 +7,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
+use super::eight::{Arrival, Lamps};
 use super::emitters::emitters;
 use super::{Emission, Emitter, Incoming, Light};
 use crate::trace::bsdf::{Frame, around, cosine_hemisphere};
@@ -21,17 +22,17 @@ const SHORT_OF: f32 = 1.0 - 1e-4;
 /// Lamps, then emitters, numbered through.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lights {
-    lamps: Vec<Light>,
+    pub(super) lamps: Vec<Light>,
     emitters: Vec<Emitter>,
     /// For light towards a point, and for photons.
-    asked: Shares,
+    pub(super) asked: Shares,
     sent: Shares,
     /// Lamps that rays meet.
     surfaces: Vec<u32>,
     /// Primitives from this number on have elements that count.
     first_instance: u32,
     /// What lies around the scene, and the chance that it is asked.
-    sky: Option<(Environment, f32)>,
+    pub(super) sky: Option<(Environment, f32)>,
 }
 
 /// Least chance of either, where there is a sky and something else that shines.
@@ -42,7 +43,7 @@ const SKY_DISTANCE: f32 = 1e9;
 
 /// Things to choose among by weight.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Shares {
+pub(super) struct Shares {
     /// Sums of weights up to and with each, over the sum of all.
     ends: Vec<f32>,
     total: f64,
@@ -61,13 +62,13 @@ impl Shares {
         Shares { ends, total }
     }
 
-    fn chance(&self, i: usize) -> f32 {
+    pub(super) fn chance(&self, i: usize) -> f32 {
         let before = if i == 0 { 0.0 } else { self.ends.get(i - 1).copied().unwrap_or(0.0) };
         self.ends.get(i).map_or(0.0, |end| end - before)
     }
 
     /// The one that a number in 0..1 falls to, and where in its share.
-    fn pick(&self, u: f32) -> Option<(usize, f32)> {
+    pub(super) fn pick(&self, u: f32) -> Option<(usize, f32)> {
         let last = self.ends.len().checked_sub(1)?;
         let i = self.ends.partition_point(|end| *end <= u).min(last);
         let chance = self.chance(i);
@@ -244,28 +245,10 @@ impl Lights {
 }
 
 fn from_lamp(lamp: &Light, from: Vec3, chance: f32, u: [f32; 2], light: u32) -> Option<Incoming> {
-    let target = if lamp.is_point() { lamp.center } else { lamp.point(u) };
-    let offset = target - from;
-    let square = offset.length_squared();
-    if square <= 0.0 {
-        return None;
-    }
-    let distance = square.sqrt();
-    let direction = offset * (1.0 / distance);
-    let mut gain = lamp.color * (PI / chance);
-    let mut pdf = 0.0;
-    if lamp.inverse_square {
-        gain /= square;
-    }
-    if lamp.is_surface() {
-        let facing = lamp.normal.dot(direction).abs();
-        gain *= facing;
-        pdf = lamp.pdf(direction, distance) * chance;
-        if facing <= 0.0 {
-            return None;
-        }
-    }
-    Some(Incoming { direction, target, distance, gain, pdf, light })
+    let arrival = Lamps::<f32>::splat(lamp).sample(from.into(), chance, u);
+    let Arrival { direction, target, distance, gain, pdf, good } = arrival;
+    let (direction, target, gain) = (direction.into(), target.into(), gain.into());
+    good.then_some(Incoming { direction, target, distance, gain, pdf, light })
 }
 
 fn from_emitter(emitter: &Emitter, from: Vec3, chance: f32, u: [f32; 2], light: u32) -> Option<Incoming> {

@@ -6,9 +6,12 @@
 //!
 //! A [`Sampler::sobol`] hands out [`sobol`] points by the same names, for any number of samples.
 
+mod eight;
 pub mod sobol;
 
+use super::simd::Lanes;
 use crate::base::random::{combine, mix, unit_f32};
+pub use eight::Eight;
 
 /// What a stratified point is for; domains of one ray-tree node must differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -213,15 +216,31 @@ fn shuffle(index: u32, length: u32, key: u32) -> u32 {
 }
 
 /// Maps the unit square to the unit disk, keeping strata compact (Shirley and Chiu 1997).
-pub fn concentric_disk([x, y]: [f32; 2]) -> [f32; 2] {
-    let (a, b) = (2.0 * x - 1.0, 2.0 * y - 1.0);
-    if a == 0.0 && b == 0.0 {
-        return [0.0, 0.0];
-    }
-    let quarter = std::f32::consts::FRAC_PI_4;
-    let (r, phi) = if a.abs() > b.abs() { (a, quarter * (b / a)) } else { (b, quarter * (2.0 - a / b)) };
-    let (sin, cos) = libm::sincosf(phi);
-    [r * cos, r * sin]
+#[inline(always)]
+pub fn concentric_disk<L: Lanes>([x, y]: [L; 2]) -> [L; 2] {
+    let (one, two) = (L::splat(1.0), L::splat(2.0));
+    let (a, b) = (two * x - one, two * y - one);
+    let wide = b.abs().lt(a.abs());
+    let (r, rest) = (L::select(wide, a, b), L::select(wide, b, a));
+    let zero = L::splat(0.0);
+    let [sin, cos] = sin_cos(L::select(r.ne(zero), rest / r, zero) * L::splat(std::f32::consts::FRAC_PI_4));
+    // In the upper and lower quarters the angle counts from the other axis.
+    [r * L::select(wide, cos, sin), r * L::select(wide, sin, cos)]
+}
+
+/// Sine and cosine of angles within an eighth of a turn (the polynomials of Moshier's Cephes).
+#[inline(always)]
+fn sin_cos<L: Lanes>(x: L) -> [L; 2] {
+    let z = x * x;
+    let sin = square([-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1], z) * z * x + x;
+    let cos = square([2.443_315_7e-5, -1.388_731_6e-3, 4.166_664_6e-2], z) * z * z;
+    [sin, cos - L::splat(0.5) * z + L::splat(1.0)]
+}
+
+/// A polynomial of the second degree.
+#[inline(always)]
+fn square<L: Lanes>([a, b, c]: [f32; 3], z: L) -> L {
+    (L::splat(a) * z + L::splat(b)) * z + L::splat(c)
 }
 
 #[cfg(test)]
@@ -279,11 +298,20 @@ mod tests {
     }
 
     #[test]
+    fn sines_are_right_to_the_last_digits() {
+        for i in -1000..=1000 {
+            let x = i as f32 / 1000.0 * std::f32::consts::FRAC_PI_4;
+            let ([sin, cos], (s, c)) = (sin_cos(x), libm::sincos(f64::from(x)));
+            assert!((f64::from(sin) - s).abs() < 1.2e-7 && (f64::from(cos) - c).abs() < 1.2e-7, "{x}");
+        }
+    }
+
+    #[test]
     fn the_disk_is_covered_evenly() {
         let (mut inside, n) = (0, 200);
         for i in 0..n {
             for j in 0..n {
-                let [x, y] = concentric_disk([(i as f32 + 0.5) / n as f32, (j as f32 + 0.5) / n as f32]);
+                let [x, y]: [f32; 2] = concentric_disk([(i as f32 + 0.5) / n as f32, (j as f32 + 0.5) / n as f32]);
                 assert!(x * x + y * y <= 1.0 + 1e-6);
                 inside += usize::from(x * x + y * y < 0.25);
             }

@@ -8,6 +8,8 @@
 //! any depth of a path; a key stands for the pair. Scrambling follows Laine and Karras (EGSR 2011) with the constants of
 //! Vegdahl (2021).
 
+use crate::trace::simd::{LANES, Lanes, Wide, Words};
+
 /// Pixels along the side of a block, as a power of two.
 pub const BLOCK_BITS: u32 = 5;
 
@@ -27,6 +29,16 @@ const fn orders() -> [u8; 24] {
     }
     found
 }
+
+/// The same, four to a word.
+const PACKED: [u32; LANES] = {
+    let (mut packed, mut n) = ([0; LANES], 0);
+    while n < ORDERS.len() {
+        packed[n / 4] |= (ORDERS[n] as u32) << (8 * (n % 4));
+        n += 1;
+    }
+    packed
+};
 
 /// Place of a pixel along the Z-order curve of its block.
 pub fn curve([x, y]: [u32; 2]) -> u32 {
@@ -105,6 +117,76 @@ pub fn pair(number: u32, count: u32, key: u64) -> [f32; 2] {
 pub fn single(number: u32, count: u32, key: u64) -> f32 {
     let number = permuted(number, count, key as u32);
     unit(scrambled(number.reverse_bits(), (key >> 32) as u32))
+}
+
+/// As [`mix32`].
+#[inline(always)]
+fn mix_words<W: Words>(x: W) -> W {
+    let x = x.xor(x.right::<16>()).times(W::splat(0x7feb_352d));
+    let x = x.xor(x.right::<15>()).times(W::splat(0x846c_a68b));
+    x.xor(x.right::<16>())
+}
+
+#[inline(always)]
+fn times_24<W: Words>(x: W) -> W {
+    x.left::<4>().plus(x.left::<3>())
+}
+
+/// As [`permuted`].
+#[inline(always)]
+fn permuted_words<W: Words>(number: W, count: u32, key: u32) -> W {
+    let mut result = W::splat(0);
+    for level in (0..count).rev() {
+        let rest = number.right_by(W::splat(2 * level));
+        let above = rest.right::<2>().or(W::splat(1 << (2 * (count - 1 - level))));
+        let hash = mix_words(above.times(W::splat(0x9e37_79b9)).xor(W::splat(key)));
+        // 24 times the hash, of which the upper word counts: by halves.
+        let low = times_24(hash.and(W::splat(0xffff))).right::<16>();
+        let index = times_24(hash.right::<16>()).plus(low).right::<16>();
+        let shift = index.and(W::splat(3)).left::<3>().plus(rest.and(W::splat(3)).left::<1>());
+        let digit = index.right::<2>().pick(&PACKED).right_by(shift).and(W::splat(3));
+        result = result.left::<2>().or(digit);
+    }
+    result
+}
+
+/// As [`scrambled`] of the reversed bits of `x`.
+#[inline(always)]
+fn scrambled_words<W: Words>(x: W, seed: u32) -> W {
+    let x = x.xor(x.times(W::splat(0x3d20_adea))).plus(W::splat(seed)).times(W::splat((seed >> 16) | 1));
+    let x = x.xor(x.times(W::splat(0x0552_6c56)));
+    x.xor(x.times(W::splat(0x53a2_2864))).reverse_bits()
+}
+
+/// As [`second`], its bits reversed.
+#[inline(always)]
+fn second_words<W: Words>(n: W) -> W {
+    let n = n.xor(n.and(W::splat(0xaaaa_aaaa)).right::<1>());
+    let n = n.xor(n.and(W::splat(0xcccc_cccc)).right::<2>());
+    let n = n.xor(n.and(W::splat(0xf0f0_f0f0)).right::<4>());
+    let n = n.xor(n.and(W::splat(0xff00_ff00)).right::<8>());
+    n.xor(n.right::<16>())
+}
+
+#[inline(always)]
+fn unit_words<W: Words>(x: W) -> W::Floats {
+    x.right::<8>().floats() * W::Floats::splat(1.0 / (1u32 << 24) as f32)
+}
+
+/// As [`pair`], for eight numbers.
+#[inline(always)]
+pub fn pairs<L: Wide>(numbers: &[u32; LANES], count: u32, key: u64) -> [L; 2] {
+    let (low, high) = (key as u32, (key >> 32) as u32);
+    let number = permuted_words(L::Words::load(numbers), count, low);
+    let (x, y) = (scrambled_words(number, high), scrambled_words(second_words(number), high.rotate_left(16) ^ low));
+    [unit_words(x), unit_words(y)]
+}
+
+/// As [`single`], for eight numbers.
+#[inline(always)]
+pub fn singles<L: Wide>(numbers: &[u32; LANES], count: u32, key: u64) -> L {
+    let number = permuted_words(L::Words::load(numbers), count, key as u32);
+    unit_words(scrambled_words(number, (key >> 32) as u32))
 }
 
 #[cfg(test)]

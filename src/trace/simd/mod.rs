@@ -5,13 +5,19 @@
 //! them fused, so that all widths give the same bits. Which width runs is decided once, from what the processor says of
 //! itself ([`Width::detect`]).
 
+#[cfg(any(test, not(target_arch = "x86_64")))]
+mod plain;
+mod words;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-use std::ops::{Add, Div, Mul, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use glam::Vec3;
 
+#[cfg(any(test, not(target_arch = "x86_64")))]
+use plain::Plain;
+pub use words::Words;
 #[cfg(target_arch = "x86_64")]
 pub use x86::{Avx2, Sse2};
 
@@ -19,7 +25,9 @@ pub use x86::{Avx2, Sse2};
 pub const LANES: usize = 8;
 
 /// One `f32`, or several that go through the same operations.
-pub trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> {
+pub trait Lanes:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
     type Mask: Copy;
 
     fn splat(x: f32) -> Self;
@@ -39,14 +47,27 @@ pub trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = S
     fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     fn any(mask: Self::Mask) -> bool;
     fn not(mask: Self::Mask) -> Self::Mask;
+    /// The least number above, as [`f32::next_up`].
+    fn next_up(self) -> Self;
+
+    /// The greatest number below, as [`f32::next_down`].
+    #[inline(always)]
+    fn next_down(self) -> Self {
+        -(-self).next_up()
+    }
 }
 
 /// Eight lanes.
 pub trait Wide: Lanes {
+    /// Eight whole numbers beside them.
+    type Words: Words<Floats = Self>;
+
     fn load(from: &[f32; LANES]) -> Self;
     fn store(self) -> [f32; LANES];
     /// Lane i is bit i.
     fn bits(mask: Self::Mask) -> u32;
+    /// The mask that has these bits.
+    fn mask(bits: u32) -> Self::Mask;
     /// The least lane; no lane is NaN.
     #[inline(always)]
     fn least(self) -> f32 {
@@ -83,6 +104,30 @@ impl<L: Lanes> V3<L> {
         self.x * o.x + self.y * o.y + self.z * o.z
     }
 
+    /// In the order of operations of `glam`, as all that follows.
+    #[inline(always)]
+    pub fn cross(self, o: Self) -> Self {
+        V3 { x: self.y * o.z - o.y * self.z, y: self.z * o.x - o.z * self.x, z: self.x * o.y - o.x * self.y }
+    }
+
+    #[inline(always)]
+    pub fn normalize(self) -> Self {
+        self.scale(L::splat(1.0) / self.dot(self).sqrt())
+    }
+
+    /// The other vector where this one has no direction.
+    #[inline(always)]
+    pub fn normalize_or(self, other: Self) -> Self {
+        let inverse = L::splat(1.0) / self.dot(self).sqrt();
+        let good = L::both(L::splat(0.0).lt(inverse), inverse.lt(L::splat(f32::INFINITY)));
+        V3::select(good, self.scale(inverse), other)
+    }
+
+    #[inline(always)]
+    pub fn select(mask: L::Mask, yes: Self, no: Self) -> Self {
+        V3 { x: L::select(mask, yes.x, no.x), y: L::select(mask, yes.y, no.y), z: L::select(mask, yes.z, no.z) }
+    }
+
     #[inline(always)]
     pub fn scale(self, by: L) -> Self {
         V3 { x: self.x * by, y: self.y * by, z: self.z * by }
@@ -114,11 +159,58 @@ impl<L: Lanes> V3<L> {
     }
 }
 
+impl<L: Wide> V3<L> {
+    #[inline(always)]
+    pub fn load([x, y, z]: &[[f32; LANES]; 3]) -> Self {
+        V3 { x: L::load(x), y: L::load(y), z: L::load(z) }
+    }
+
+    /// Column by column.
+    #[inline(always)]
+    pub fn store(self) -> [[f32; LANES]; 3] {
+        [self.x.store(), self.y.store(), self.z.store()]
+    }
+}
+
+/// The vector of one lane of columns.
+#[inline(always)]
+pub fn lane([x, y, z]: &[[f32; LANES]; 3], i: usize) -> Vec3 {
+    Vec3::new(x[i], y[i], z[i])
+}
+
+/// Writes a vector into one lane of columns.
+#[inline(always)]
+pub fn set_lane([x, y, z]: &mut [[f32; LANES]; 3], i: usize, v: Vec3) {
+    (x[i], y[i], z[i]) = (v.x, v.y, v.z);
+}
+
+impl From<Vec3> for V3<f32> {
+    #[inline(always)]
+    fn from(v: Vec3) -> Self {
+        V3 { x: v.x, y: v.y, z: v.z }
+    }
+}
+
+impl From<V3<f32>> for Vec3 {
+    #[inline(always)]
+    fn from(v: V3<f32>) -> Self {
+        Vec3::new(v.x, v.y, v.z)
+    }
+}
+
 impl<L: Lanes> Add for V3<L> {
     type Output = Self;
     #[inline(always)]
     fn add(self, o: Self) -> Self {
         V3 { x: self.x + o.x, y: self.y + o.y, z: self.z + o.z }
+    }
+}
+
+impl<L: Lanes> Neg for V3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        V3 { x: -self.x, y: -self.y, z: -self.z }
     }
 }
 
@@ -193,111 +285,24 @@ impl Lanes for f32 {
     fn not(mask: bool) -> bool {
         !mask
     }
-}
-
-/// Eight lanes on any processor.
-#[derive(Clone, Copy, Debug)]
-pub struct Plain([f32; LANES]);
-
-impl Plain {
     #[inline(always)]
-    fn zip(self, o: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        Plain(std::array::from_fn(|i| f(self.0[i], o.0[i])))
+    fn next_up(self) -> f32 {
+        f32::next_up(self)
     }
-
     #[inline(always)]
-    fn compare(self, o: Self, f: impl Fn(&f32, &f32) -> bool) -> u32 {
-        (0..LANES).fold(0, |bits, i| bits | u32::from(f(&self.0[i], &o.0[i])) << i)
+    fn next_down(self) -> f32 {
+        f32::next_down(self)
     }
 }
 
-macro_rules! plain_operator {
-    ($($trait:ident $method:ident $op:tt),*) => { $(
-        impl $trait for Plain {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, o: Self) -> Self {
-                self.zip(o, |a, b| a $op b)
-            }
-        }
-    )* };
-}
-plain_operator!(Add add +, Sub sub -, Mul mul *, Div div /);
-
-impl Lanes for Plain {
-    type Mask = u32;
-
-    #[inline(always)]
-    fn splat(x: f32) -> Self {
-        Plain([x; LANES])
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        self.zip(other, Lanes::min)
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        self.zip(other, Lanes::max)
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        Plain(self.0.map(f32::abs))
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Plain(self.0.map(f32::sqrt))
-    }
-    #[inline(always)]
-    fn le(self, other: Self) -> u32 {
-        self.compare(other, |a, b| a <= b)
-    }
-    #[inline(always)]
-    fn lt(self, other: Self) -> u32 {
-        self.compare(other, |a, b| a < b)
-    }
-    #[inline(always)]
-    fn ne(self, other: Self) -> u32 {
-        self.compare(other, |a, b| a != b)
-    }
-    #[inline(always)]
-    fn select(mask: u32, yes: Self, no: Self) -> Self {
-        Plain(std::array::from_fn(|i| if mask >> i & 1 == 1 { yes.0[i] } else { no.0[i] }))
-    }
-    #[inline(always)]
-    fn both(a: u32, b: u32) -> u32 {
-        a & b
-    }
-    #[inline(always)]
-    fn either(a: u32, b: u32) -> u32 {
-        a | b
-    }
-    #[inline(always)]
-    fn any(mask: u32) -> bool {
-        mask != 0
-    }
-    #[inline(always)]
-    fn not(mask: u32) -> u32 {
-        !mask & ((1 << LANES) - 1)
-    }
-}
-
-impl Wide for Plain {
-    #[inline(always)]
-    fn load(from: &[f32; LANES]) -> Self {
-        Plain(*from)
-    }
-    #[inline(always)]
-    fn store(self) -> [f32; LANES] {
-        self.0
-    }
-    #[inline(always)]
-    fn bits(mask: u32) -> u32 {
-        mask
-    }
-    #[inline(always)]
-    fn scale_sub(self, factor: Self, less: Self) -> Self {
-        self * factor - less
-    }
+/// Numbers of the bits that are set among the lowest eight.
+#[inline(always)]
+pub fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (lane < LANES).then_some(lane)
+    })
 }
 
 /// Asks for memory that will be read soon.
@@ -312,7 +317,8 @@ pub fn prefetch<T>(wanted: &T) {
 /// What the eight lanes are made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Width {
-    /// Arrays: any processor.
+    /// Arrays: any processor. Where there are registers for sure, tests alone need them.
+    #[cfg(any(test, not(target_arch = "x86_64")))]
     Plain,
     /// Two registers of four.
     #[cfg(target_arch = "x86_64")]
@@ -335,6 +341,7 @@ impl Width {
     #[inline]
     pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
         match self {
+            #[cfg(any(test, not(target_arch = "x86_64")))]
             Width::Plain => kernel.run::<Plain>(),
             #[cfg(target_arch = "x86_64")]
             Width::Sse2 => kernel.run::<Sse2>(),
@@ -354,6 +361,7 @@ impl Width {
     }
 
     /// Every width that this processor has.
+    #[cfg(test)]
     pub fn all() -> Vec<Self> {
         #[cfg(target_arch = "x86_64")]
         {

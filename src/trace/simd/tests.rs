@@ -14,11 +14,13 @@ impl Kernel for Everything {
     fn run<L: Wide>(self) -> Vec<u32> {
         let (a, b) = (L::load(&self.0), L::load(&self.1));
         let mut out = Vec::new();
-        for x in [a + b, a - b, a * b, a / b, a.min(b), a.max(b), a.abs(), a.sqrt(), L::select(a.lt(b), a, b)] {
+        for x in [a + b, a - b, a * b, a / b, a.min(b), a.max(b), a.abs(), a.sqrt(), -a, a.next_up(), a.next_down()] {
             out.extend(x.store().map(canonical));
         }
+        out.extend(L::select(a.lt(b), a, b).store().map(canonical));
         let (less, level) = (a.lt(b), a.le(b));
         out.extend([less, level, a.ne(b), L::not(less), L::both(less, a.ne(b)), L::either(less, b.lt(a))].map(L::bits));
+        assert!((0..256).all(|bits| L::bits(L::mask(bits)) == bits));
         out
     }
 }
@@ -30,7 +32,7 @@ fn canonical(x: f32) -> u32 {
 
 fn one_by_one(a: [f32; LANES], b: [f32; LANES]) -> Vec<u32> {
     let mut out = Vec::new();
-    let numbers: [fn(f32, f32) -> f32; 9] = [
+    let numbers: [fn(f32, f32) -> f32; 12] = [
         |a, b| a + b,
         |a, b| a - b,
         |a, b| a * b,
@@ -39,6 +41,9 @@ fn one_by_one(a: [f32; LANES], b: [f32; LANES]) -> Vec<u32> {
         Lanes::max,
         |a, _| Lanes::abs(a),
         |a, _| Lanes::sqrt(a),
+        |a, _| -a,
+        |a, _| a.next_up(),
+        |a, _| a.next_down(),
         |a, b| Lanes::select(Lanes::lt(a, b), a, b),
     ];
     for f in numbers {
@@ -61,7 +66,66 @@ fn number() -> impl Strategy<Value = f32> {
     prop_oneof![3 => -2.0f32..2.0, 1 => prop::sample::select(special.to_vec()), 1 => any::<f32>()]
 }
 
+/// All operations on whole numbers; results as floats, by halves that are exact.
+struct Whole([u32; LANES], [u32; LANES]);
+
+impl Kernel for Whole {
+    type Output = Vec<[u32; LANES]>;
+
+    #[inline(always)]
+    fn run<L: Wide>(self) -> Vec<[u32; LANES]> {
+        let (a, b) = (L::Words::load(&self.0), L::Words::load(&self.1));
+        let table = self.1;
+        let results = [
+            a.plus(b),
+            a.times(b),
+            a.and(b),
+            a.or(b),
+            a.xor(b),
+            a.left::<5>(),
+            a.right::<7>(),
+            a.right_by(b),
+            a.pick(&table),
+            a.reverse_bits(),
+            L::Words::splat(table[0]),
+        ];
+        let mut out = Vec::new();
+        for x in results {
+            let (low, high) = (x.and(L::Words::splat(0xffff)).floats().store(), x.right::<16>().floats().store());
+            out.push(std::array::from_fn(|i| low[i] as u32 | (high[i] as u32) << 16));
+        }
+        out
+    }
+}
+
+fn whole_one_by_one(a: [u32; LANES], b: [u32; LANES]) -> Vec<[u32; LANES]> {
+    let of = |f: &dyn Fn(u32, u32) -> u32| std::array::from_fn(|i| f(a[i], b[i]));
+    vec![
+        of(&u32::wrapping_add),
+        of(&u32::wrapping_mul),
+        of(&|a, b| a & b),
+        of(&|a, b| a | b),
+        of(&|a, b| a ^ b),
+        of(&|a, _| a << 5),
+        of(&|a, _| a >> 7),
+        of(&|a, by| a >> (by & 31)),
+        of(&|i, _| b[(i & 7) as usize]),
+        of(&|a, _| a.reverse_bits()),
+        [b[0]; LANES],
+    ]
+}
+
 proptest! {
+    #[test]
+    fn whole_numbers_agree_in_all_widths(
+        a in prop::array::uniform8(any::<u32>()),
+        b in prop::array::uniform8(any::<u32>()),
+    ) {
+        for width in Width::all() {
+            prop_assert_eq!(width.run(Whole(a, b)), whole_one_by_one(a, b), "{:?}", width);
+        }
+    }
+
     #[test]
     fn all_widths_agree(a in prop::array::uniform8(number()), b in prop::array::uniform8(number())) {
         for width in Width::all() {

@@ -6,8 +6,9 @@
 #![allow(unsafe_code, reason = "processor instructions are unsafe to call; the module says why these are sound")]
 
 use std::arch::x86_64::*;
-use std::ops::{Add, Div, Mul, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use super::words::{PlainWords, Words};
 use super::{Kernel, LANES, Lanes, Wide};
 
 pub fn has_avx2() -> bool {
@@ -60,6 +61,22 @@ operators!(
     Mul mul _mm256_mul_ps _mm_mul_ps,
     Div div _mm256_div_ps _mm_div_ps
 );
+
+impl Neg for Avx2 {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Avx2(unsafe { _mm256_xor_ps(self.0, _mm256_set1_ps(-0.0)) })
+    }
+}
+
+impl Neg for Sse2 {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Sse2(self.0.map(|a| unsafe { _mm_xor_ps(a, _mm_set1_ps(-0.0)) }))
+    }
+}
 
 impl Sse2 {
     #[inline(always)]
@@ -124,9 +141,24 @@ impl Lanes for Avx2 {
     fn not(mask: __m256) -> __m256 {
         unsafe { _mm256_xor_ps(mask, _mm256_castsi256_ps(_mm256_set1_epi32(-1))) }
     }
+    #[inline(always)]
+    fn next_up(self) -> Self {
+        unsafe {
+            let bits = _mm256_castps_si256(self.0);
+            // One bit up, or down where the sign is set; from either zero to the least number.
+            let step = _mm256_or_si256(_mm256_srai_epi32::<31>(bits), _mm256_set1_epi32(1));
+            let next = _mm256_castsi256_ps(_mm256_add_epi32(bits, step));
+            let zero = _mm256_cmp_ps::<_CMP_EQ_OQ>(self.0, _mm256_setzero_ps());
+            let next = _mm256_blendv_ps(next, _mm256_castsi256_ps(_mm256_set1_epi32(1)), zero);
+            let moves = _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, _mm256_set1_ps(f32::INFINITY));
+            Avx2(_mm256_blendv_ps(self.0, next, moves))
+        }
+    }
 }
 
 impl Wide for Avx2 {
+    type Words = AvxWords;
+
     #[inline(always)]
     fn load(from: &[f32; LANES]) -> Self {
         Avx2(unsafe { _mm256_loadu_ps(from.as_ptr()) })
@@ -140,6 +172,14 @@ impl Wide for Avx2 {
     #[inline(always)]
     fn bits(mask: __m256) -> u32 {
         (unsafe { _mm256_movemask_ps(mask) }) as u32
+    }
+    #[inline(always)]
+    fn mask(bits: u32) -> __m256 {
+        unsafe {
+            let own = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+            let set = _mm256_and_si256(_mm256_set1_epi32(bits as i32), own);
+            _mm256_castsi256_ps(_mm256_cmpeq_epi32(set, own))
+        }
     }
     #[inline(always)]
     fn scale_sub(self, factor: Self, less: Self) -> Self {
@@ -203,9 +243,15 @@ impl Lanes for Sse2 {
     fn not(mask: Self::Mask) -> Self::Mask {
         mask.map(|m| unsafe { _mm_xor_ps(m, _mm_castsi128_ps(_mm_set1_epi32(-1))) })
     }
+    #[inline(always)]
+    fn next_up(self) -> Self {
+        Self::load(&self.store().map(f32::next_up))
+    }
 }
 
 impl Wide for Sse2 {
+    type Words = PlainWords<Self>;
+
     #[inline(always)]
     fn load(from: &[f32; LANES]) -> Self {
         let p = from.as_ptr();
@@ -227,8 +273,96 @@ impl Wide for Sse2 {
         low | high << 4
     }
     #[inline(always)]
+    fn mask(bits: u32) -> Self::Mask {
+        let own = unsafe { _mm_setr_epi32(1, 2, 4, 8) };
+        [bits & 15, bits >> 4 & 15].map(|bits| unsafe {
+            let set = _mm_and_si128(_mm_set1_epi32(bits as i32), own);
+            _mm_castsi128_ps(_mm_cmpeq_epi32(set, own))
+        })
+    }
+    #[inline(always)]
     fn scale_sub(self, factor: Self, less: Self) -> Self {
         self * factor - less
+    }
+}
+
+/// Eight whole numbers in one register.
+#[derive(Clone, Copy, Debug)]
+pub struct AvxWords(__m256i);
+
+impl AvxWords {
+    /// Bytes of the table by the lowest four bits of each byte, which are its only ones.
+    #[inline(always)]
+    fn bytes_of(self, table: [u8; 16]) -> Self {
+        unsafe {
+            let table = _mm256_broadcastsi128_si256(_mm_loadu_si128(table.as_ptr().cast()));
+            AvxWords(_mm256_shuffle_epi8(table, self.0))
+        }
+    }
+}
+
+// SAFETY of every block: as that of `Lanes for Avx2`.
+impl Words for AvxWords {
+    type Floats = Avx2;
+
+    #[inline(always)]
+    fn splat(x: u32) -> Self {
+        AvxWords(unsafe { _mm256_set1_epi32(x as i32) })
+    }
+    #[inline(always)]
+    fn load(from: &[u32; LANES]) -> Self {
+        AvxWords(unsafe { _mm256_loadu_si256(from.as_ptr().cast()) })
+    }
+    #[inline(always)]
+    fn plus(self, o: Self) -> Self {
+        AvxWords(unsafe { _mm256_add_epi32(self.0, o.0) })
+    }
+    #[inline(always)]
+    fn times(self, o: Self) -> Self {
+        AvxWords(unsafe { _mm256_mullo_epi32(self.0, o.0) })
+    }
+    #[inline(always)]
+    fn and(self, o: Self) -> Self {
+        AvxWords(unsafe { _mm256_and_si256(self.0, o.0) })
+    }
+    #[inline(always)]
+    fn or(self, o: Self) -> Self {
+        AvxWords(unsafe { _mm256_or_si256(self.0, o.0) })
+    }
+    #[inline(always)]
+    fn xor(self, o: Self) -> Self {
+        AvxWords(unsafe { _mm256_xor_si256(self.0, o.0) })
+    }
+    #[inline(always)]
+    fn left<const N: i32>(self) -> Self {
+        AvxWords(unsafe { _mm256_slli_epi32::<N>(self.0) })
+    }
+    #[inline(always)]
+    fn right<const N: i32>(self) -> Self {
+        AvxWords(unsafe { _mm256_srli_epi32::<N>(self.0) })
+    }
+    #[inline(always)]
+    fn right_by(self, by: Self) -> Self {
+        AvxWords(unsafe { _mm256_srlv_epi32(self.0, _mm256_and_si256(by.0, _mm256_set1_epi32(31))) })
+    }
+    #[inline(always)]
+    fn pick(self, table: &[u32; LANES]) -> Self {
+        AvxWords(unsafe { _mm256_permutevar8x32_epi32(Self::load(table).0, self.0) })
+    }
+    #[inline(always)]
+    fn reverse_bits(self) -> Self {
+        // The halves of each byte by a table, then the order of bytes.
+        const HALF: [u8; 16] = [0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15];
+        let low = Self::splat(0x0f0f_0f0f);
+        let turned = self.and(low).bytes_of(HALF).left::<4>().or(self.right::<4>().and(low).bytes_of(HALF));
+        unsafe {
+            let order = _mm_setr_epi8(3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12);
+            AvxWords(_mm256_shuffle_epi8(turned.0, _mm256_broadcastsi128_si256(order)))
+        }
+    }
+    #[inline(always)]
+    fn floats(self) -> Avx2 {
+        Avx2(unsafe { _mm256_cvtepi32_ps(self.0) })
     }
 }
 

@@ -232,6 +232,12 @@ impl Skins {
         self.skins.push(Skin { frame, unit, dress });
     }
 
+    /// Whether what the entity is made of has maps.
+    #[inline]
+    pub fn covers(&self, entity: u32) -> bool {
+        self.by_entity.get(entity as usize).is_some_and(|skin| (*skin as usize) < self.skins.len())
+    }
+
     /// The material of the point that a ray met, and its normal bent, if the entity wears any maps.
     ///
     /// `surface` faces outwards, `cone` is that of the ray at its end, `base` the material without maps.

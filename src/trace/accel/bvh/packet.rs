@@ -7,10 +7,10 @@
 use super::walk::{entry, others, prefetch_child};
 use super::{Bvh, Child, Held, LANES, Node, Tree};
 use crate::trace::accel::Worker;
-use crate::trace::accel::leaves::{Cost, lanes};
+use crate::trace::accel::leaves::Cost;
 use crate::trace::accel::packet::{GROUPS, Group, Sight};
 use crate::trace::shapes::Probe;
-use crate::trace::simd::Wide;
+use crate::trace::simd::{Wide, lanes};
 use crate::trace::{Geometry, Ray};
 
 /// Nodes that a packet visits before it is given up; a ray alone visits some three to five.

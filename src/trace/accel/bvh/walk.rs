@@ -83,7 +83,11 @@ impl<L: Wide> Sight<L> {
             inverse: V3::splat(probe.inverse),
             near: V3::splat((probe.origin + margin) * probe.inverse),
             far: V3::splat((probe.origin - margin) * probe.inverse),
-            first: [0, 1, 2].map(|axis| usize::from(probe.inverse[axis] < 0.0)),
+            first: [
+                usize::from(probe.inverse.x < 0.0),
+                usize::from(probe.inverse.y < 0.0),
+                usize::from(probe.inverse.z < 0.0),
+            ],
         }
     }
 

@@ -3,10 +3,10 @@
 
 use super::{Content, Grid, Level, Nest, walk};
 use crate::trace::accel::Worker;
-use crate::trace::accel::leaves::{Child, Held, lanes};
+use crate::trace::accel::leaves::{Child, Held};
 use crate::trace::accel::packet::{GROUPS, Group, Sight};
 use crate::trace::shapes::Probe;
-use crate::trace::simd::{LANES, Wide};
+use crate::trace::simd::{LANES, Wide, lanes};
 use crate::trace::{Geometry, Ray};
 
 /// Cells that a packet may cover in a slice before it is given up.

@@ -3,7 +3,7 @@
 use super::{Boxes, Child, Cones, Held, LANES, Leaves, NO_BACK, NO_FRONT, Spheres, Triangles};
 use crate::trace::geometry::Best;
 use crate::trace::shapes::{self, Beam, Frusta, PARTS, Probe};
-use crate::trace::simd::{V3, Wide};
+use crate::trace::simd::{V3, Wide, lanes};
 use crate::trace::{Counters, Sides};
 
 /// Whose triangles are met, and how distances there relate to those in the world.
@@ -69,15 +69,6 @@ pub fn block<L: Wide>(leaves: &Leaves, child: Child, probe: &Probe, scope: Scope
         Held::Cones => cones::<L>(&leaves.cones[child.index()], &probe.beam(), best),
         Held::List | Held::Node => {}
     }
-}
-
-#[inline(always)]
-pub fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let lane = bits.trailing_zeros() as usize;
-        bits &= bits.wrapping_sub(1);
-        (lane < LANES).then_some(lane)
-    })
 }
 
 /// Three columns, in the order of the axes.

@@ -9,7 +9,7 @@ use crate::trace::Geometry;
 use crate::trace::geometry::{Bounds, Kind, Model};
 use crate::trace::shapes::Frustum;
 use crate::trace::simd::{LANES, Wide};
-pub use meet::{Cost, Scope, block, lanes};
+pub use meet::{Cost, Scope, block};
 
 /// What a child of a node is, and where.
 ///

@@ -1,10 +1,10 @@
 //! Eight rays side by side against one primitive after the other.
 
 use crate::trace::Ray;
-use crate::trace::accel::leaves::{Child, Cones, Held, Leaves, NO_BACK, NO_FRONT, lanes};
+use crate::trace::accel::leaves::{Child, Cones, Held, Leaves, NO_BACK, NO_FRONT};
 use crate::trace::geometry::Best;
 use crate::trace::shapes::{self, Beam, Frusta, PARTS};
-use crate::trace::simd::{LANES, V3, Wide};
+use crate::trace::simd::{LANES, V3, Wide, lanes};
 
 /// Eight rays, column by column, and their hits so far.
 pub struct Group<L: Wide> {

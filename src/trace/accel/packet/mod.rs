@@ -169,7 +169,16 @@ fn together<S: Structure, const ANY: bool>(
     worker: &mut Worker,
 ) {
     let axes = [(axis + 1) % 3, (axis + 2) % 3, axis];
-    structure.width().run(Many::<S, ANY> { structure, geometry, rays, axes, bests, worker });
+    let done = structure.width().run(Many::<S, ANY> { structure, geometry, rays, axes, bests, worker });
+    for (ray, best) in rays.iter().zip(bests) {
+        let settled = done || (ANY && best.found);
+        if !settled {
+            alone::<S, ANY>(structure, geometry, &Probe::from(ray), best, worker);
+        }
+    }
+    // The next packets are likely to fare as this one did.
+    worker.failures = if done { worker.failures.saturating_sub(1) } else { (worker.failures + 2).min(8) };
+    worker.wait = if done { 0 } else { (1 << worker.failures) - 1 };
 }
 
 struct Many<'a, S, const ANY: bool> {
@@ -182,10 +191,10 @@ struct Many<'a, S, const ANY: bool> {
 }
 
 impl<S: Structure, const ANY: bool> Kernel for Many<'_, S, ANY> {
-    type Output = ();
+    type Output = bool;
 
     #[inline(always)]
-    fn run<L: Wide>(self) {
+    fn run<L: Wide>(self) -> bool {
         let Many { structure, geometry, rays, axes, bests, worker } = self;
         let second = LANES.min(rays.len() - 1);
         let mut groups: [Group<L>; GROUPS] = [Group::new(rays, axes), Group::new(&rays[second..], axes)];
@@ -193,14 +202,6 @@ impl<S: Structure, const ANY: bool> Kernel for Many<'_, S, ANY> {
         for (group, bests) in groups.iter().zip(bests.chunks_exact_mut(LANES)) {
             bests.copy_from_slice(&group.bests());
         }
-        for (i, best) in bests.iter_mut().enumerate().take(rays.len()) {
-            let settled = done || (ANY && best.found);
-            if !settled {
-                structure.one::<L, ANY>(geometry, &Probe::from(&rays[i]), best, worker);
-            }
-        }
-        // The next packets are likely to fare as this one did.
-        worker.failures = if done { worker.failures.saturating_sub(1) } else { (worker.failures + 2).min(8) };
-        worker.wait = if done { 0 } else { (1 << worker.failures) - 1 };
+        done
     }
 }

@@ -1,0 +1,151 @@
+//! Shares of samples, and shading side by side against shading one by one.
+
+use glam::{DAffine3, DVec3};
+
+use super::*;
+use crate::components::{Accel, Camera, Filter, Material};
+use crate::film::Gather;
+use crate::trace::geometry::LocalShape;
+use crate::trace::lights::Light;
+use crate::trace::{Sides, Tag};
+
+#[test]
+fn shares_are_a_fair_partition_of_the_samples() {
+    for (strata, of) in [(1, 1), (2, 4), (3, 7), (4, 16), (4, 5), (6, 1)] {
+        let mut sizes = vec![0u32; of as usize];
+        for pixel in 0..4000 {
+            let sampler = Sampler::new(3, pixel, strata);
+            let mut seen = vec![false; (strata * strata) as usize];
+            for index in 0..of {
+                for sample in (Share { index, of }).samples(&sampler) {
+                    assert!(!std::mem::replace(&mut seen[sample as usize], true));
+                    sizes[index as usize] += 1;
+                }
+            }
+            assert!(seen.iter().all(|s| *s), "{strata} {of}");
+        }
+        let mean = f64::from(4000 * strata * strata) / f64::from(of);
+        assert!(sizes.iter().all(|n| (f64::from(*n) / mean - 1.0).abs() < 0.03), "{strata} {of}: {sizes:?}");
+    }
+    let whole: Vec<u32> = Share::WHOLE.samples(&Sampler::new(1, 2, 3)).collect();
+    assert_eq!(whole, (0..9).collect::<Vec<_>>());
+}
+
+/// Something of every kind under lamps of every kind.
+fn scene() -> (Geometry, Vec<Surfacing>, Vec<Light>) {
+    let matt = Material { color: DVec3::new(0.8, 0.4, 0.2), ..Material::default() };
+    let materials = [
+        matt.clone(),
+        Material { specular: 0.5, reflection: Some(0.0), ..matt.clone() },
+        Material { diffuse: 0.2, specular: 0.4, ..Material::default() },
+        Material { model: crate::components::Model::Lambert, ..matt.clone() },
+        Material { transmission: 0.9, ior: 1.5, ..Material::default() },
+        Material { specular: 0.3, gloss: 0.2, ..matt },
+    ];
+    let tag = |material: u32| Tag { entity: material, material, sides: Sides::Both };
+    let mut geometry = Geometry::default();
+    for i in 0..6u32 {
+        geometry.push_sphere(tag(i), Vec3::new(i as f32 * 0.7 - 1.8, 0.3, (i % 3) as f32 * 0.5), 0.33);
+    }
+    let corners = [Vec3::new(-2.0, 0.0, -1.5), Vec3::new(2.0, 0.0, -1.5), Vec3::new(0.0, 2.0, -1.7)];
+    geometry.push_triangle(tag(3), corners, Some([Vec3::Z, Vec3::new(0.3, 0.0, 1.0), Vec3::new(-0.2, 0.1, 1.0)]));
+    geometry.push_box(tag(0), Vec3::new(1.0, 0.0, 0.8), Vec3::new(1.4, 0.5, 1.2));
+    geometry.push_cone(tag(2), Vec3::new(-1.3, 0.0, 1.0), 0.3, Vec3::new(-1.3, 0.7, 1.0), 0.1, true);
+    let turned = DAffine3::from_rotation_z(0.4) * DAffine3::from_scale(DVec3::new(0.5, 0.2, 0.3));
+    geometry.push_placed(tag(0), LocalShape::Sphere { center: Vec3::new(0.0, 4.0, 0.0), radius: 1.0 }, &turned);
+    geometry.push_plane(tag(0), Vec3::ZERO, Vec3::Y);
+    geometry.finish();
+    let lamp = |center: Vec3, edges: [Vec3; 2], inverse_square: bool| Light {
+        center,
+        edges,
+        normal: edges[0].cross(edges[1]).normalize_or_zero(),
+        color: Vec3::new(3.0, 2.5, 2.0),
+        inverse_square,
+        visible: true,
+        pass: 0,
+    };
+    let lamps = vec![
+        lamp(Vec3::new(2.0, 3.0, 3.0), [Vec3::ZERO; 2], false),
+        lamp(Vec3::new(-1.0, 2.5, 1.0), [Vec3::X, Vec3::Z], true),
+        lamp(Vec3::new(0.0, 3.0, 4.0), [Vec3::ZERO; 2], true),
+    ];
+    (geometry, materials.iter().map(Surfacing::from).collect(), lamps)
+}
+
+/// The linear colours of a small picture, and how many rays it took.
+fn picture(render: &Render, lanes: Width, features: bool) -> (Vec<[f32; 3]>, crate::trace::Counters) {
+    let (geometry, materials, lamps) = scene();
+    let accelerator = Accelerator::build(&geometry, Accel::Bvh, 1.0);
+    let camera = Camera {
+        from: DVec3::new(0.0, 1.5, 6.0),
+        at: DVec3::new(0.0, 0.5, 0.0),
+        fov: 40.0,
+        aperture: 0.1,
+        ..Camera::default()
+    };
+    let settings = Settings { features, ..Settings::new(render, 5) };
+    let view = View {
+        lights: &Lights::new(lamps, &geometry, &materials),
+        geometry: &geometry,
+        accelerator: &accelerator,
+        materials: &materials,
+        skins: &Skins::default(),
+        camera: &CameraRays::new(&camera, [20, 15], 6.0),
+        before: None,
+        environment: None,
+        settings: &settings,
+        lanes,
+        filter: &FilterTable::new(Filter::Tent, 2.0),
+        width: 20,
+        passes: 1,
+        boxes: None,
+        photons: None,
+    };
+    let places: Vec<[u32; 2]> = (0..300).map(|i| [i % 20, i / 20]).collect();
+    let gather = Gather { clamp: None, signed: false, moments: false, features };
+    let mut tally = [Tally::new(places.len(), gather)];
+    let mut worker = Worker::default();
+    expose(view, &places, Share::WHOLE, &mut tally, &mut worker);
+    ((0..places.len()).map(|i| tally[0].color(i)).collect(), worker.counters)
+}
+
+fn settings(integrator: Integrator, samples: u32, shadows: Shadows) -> Render {
+    Render { integrator, samples, shadows, max_depth: 4, ..Render::default() }
+}
+
+#[test]
+fn side_by_side_is_as_one_by_one() {
+    // What the film is to know of a hit is found for each alone, and so its light.
+    for samples in [1, 5, 16] {
+        let render = settings(Integrator::Path, samples, Shadows::Auto);
+        let (together, counted) = picture(&render, Width::detect(), false);
+        let (alone, as_well) = picture(&render, Width::detect(), true);
+        assert_eq!(counted.shadow_rays, as_well.shadow_rays, "{samples}");
+        assert_eq!(together, alone, "{samples}");
+    }
+    for shadows in [Shadows::Fixed, Shadows::Random, Shadows::Jittered, Shadows::Hard] {
+        for integrator in [Integrator::Whitted, Integrator::Distribution] {
+            let render = settings(integrator, 4, shadows);
+            let (together, counted) = picture(&render, Width::detect(), false);
+            let (alone, as_well) = picture(&render, Width::detect(), true);
+            assert_eq!(counted.shadow_rays, as_well.shadow_rays, "{integrator:?} {shadows:?}");
+            assert_eq!(counted.reflection_rays, as_well.reflection_rays, "{integrator:?} {shadows:?}");
+            // Sums are taken in another order.
+            for (a, b) in together.iter().flatten().zip(alone.iter().flatten()) {
+                assert!((a - b).abs() <= 1e-5 * a.max(1.0), "{integrator:?} {shadows:?}: {a} {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn pictures_are_the_same_in_all_widths() {
+    for integrator in [Integrator::Path, Integrator::Distribution, Integrator::Whitted] {
+        let render = settings(integrator, 4, Shadows::Jittered);
+        let (expected, _) = picture(&render, Width::detect(), false);
+        assert!(expected.iter().flatten().sum::<f32>() > 10.0);
+        for width in Width::all() {
+            assert_eq!(picture(&render, width, false).0, expected, "{integrator:?} {width:?}");
+        }
+    }
+}
