@@ -91,7 +91,7 @@ fn table(plan: &Plan) -> String {
     let wrong = (plan.mistakes().count(), "wrong");
     let parts: Vec<String> =
         counted.chain([wrong]).filter(|(n, _)| *n > 0).map(|(n, word)| format!("{n} {word}")).collect();
-    let is_traced = |p: &Planned| matches!(p.reuse, Reuse::None | Reuse::Tiles);
+    let is_traced = |p: &Planned| matches!(p.reuse, Reuse::None | Reuse::Tiles | Reuse::Photons);
     let to_trace = plan.frames.iter().filter(|p| p.outline.is_ok() && p.state != State::Done && is_traced(p));
     let _ = writeln!(text, "{}; {} to trace", parts.join(", "), to_trace.count());
     text

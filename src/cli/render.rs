@@ -273,6 +273,8 @@ fn stats(report: &Report) -> serde_json::Value {
         "tiles_kept": s.tiles_kept,
         "passes": s.passes,
         "passes_kept": s.passes_kept,
+        "photon_maps": s.photon_maps,
+        "photon_maps_kept": s.photon_maps_kept,
         "reuse_bytes": s.reuse_bytes,
         "seed": s.seed,
         "build_seconds": s.build_seconds,

@@ -10,6 +10,8 @@
 mod assets;
 mod groups;
 pub mod outline;
+mod parts;
+mod photons;
 pub mod plan;
 mod reuse;
 pub mod run;

@@ -48,6 +48,8 @@ pub enum Reuse {
     Passes,
     /// Tiles of the frame before, where they cannot have changed.
     Tiles,
+    /// Photons of the frame before, which sees the same scene otherwise.
+    Photons,
 }
 
 impl Reuse {
@@ -57,6 +59,7 @@ impl Reuse {
             Reuse::Copy => "copy",
             Reuse::Passes => "passes",
             Reuse::Tiles => "tiles",
+            Reuse::Photons => "photons",
         }
     }
 }
@@ -66,10 +69,10 @@ impl Planned {
         Making { source: source.to_string(), frame: self.frame, hash: self.hash }
     }
 
-    /// What it costs beside its kin. How many tiles will be kept nobody knows before.
+    /// What it costs beside its kin. How many tiles will be kept nobody knows before, nor what photons take of the whole.
     pub fn cost(&self) -> f64 {
         match (&self.outline, self.reuse) {
-            (Ok(outline), Reuse::None | Reuse::Tiles) => outline.cost,
+            (Ok(outline), Reuse::None | Reuse::Tiles | Reuse::Photons) => outline.cost,
             _ => 0.0,
         }
     }
@@ -180,6 +183,7 @@ fn find_kin(frames: &mut [Planned]) {
             _ if planned.twin.is_some() => Reuse::Copy,
             Some(group) if !groups.insert(group.hash) => Reuse::Passes,
             None if before.as_ref().is_some_and(|before| before.stands_still_with(outline)) => Reuse::Tiles,
+            None if before.as_ref().is_some_and(|before| before.shares_photons_with(outline)) => Reuse::Photons,
             _ => Reuse::None,
         };
         before = planned.group.is_none().then(|| outline.clone());

@@ -8,6 +8,7 @@ use std::time::Instant;
 use rustc_hash::FxHashMap;
 
 use super::Shot;
+use super::photons::Photons;
 use super::plan::{Plan, Planned};
 use super::reuse::Keeper;
 pub use super::reuse::Policy;
@@ -105,9 +106,9 @@ pub fn run(
         let (send, receive) = sync_channel::<Exposed>(1);
         let writer = scope.spawn(|| write_all(receive, plan.manifest.as_ref(), watch, &failed));
         let mut ending = Ending::default();
-        let mut keeper = Keeper::new(policy);
+        let mut kept = (Keeper::new(policy), Photons::default());
         for (index, group) in groups.iter().enumerate() {
-            match expose(shot, &groups, index, &mut keeper, cancel, watch) {
+            match expose(shot, &groups, index, policy, &mut kept, cancel, watch) {
                 Ok(Some(exposed)) if !failed.load(Ordering::Relaxed) => {
                     // The writer only hangs up after a failure, which it reports itself.
                     let _ = send.send(exposed);
@@ -118,7 +119,7 @@ pub fn run(
                     break;
                 }
                 Err(problems) => {
-                    keeper.drop_tiles();
+                    kept.0.drop_tiles();
                     ending.failed.extend(group.iter().map(|planned| (planned.frame, problems.clone())));
                 }
             }
@@ -170,7 +171,8 @@ fn expose(
     shot: &mut Shot,
     run: &[Vec<&Planned>],
     index: usize,
-    keeper: &mut Keeper,
+    policy: Policy,
+    (keeper, photons): &mut (Keeper, Photons),
     cancel: &AtomicBool,
     watch: Watch,
 ) -> Result<Option<Exposed>, Diagnostics> {
@@ -190,6 +192,7 @@ fn expose(
         Some(group) => exposure.passes = group.passes.clone(),
         None => keeper.lend(shot, run, index, &mut exposure),
     }
+    photons.lend(policy, run, index, &mut exposure);
     let frame = planned.frame;
     let progress = |done, total| watch(Event::Tiles { frame, done, total });
     let (mut render, mut whole) = (Render::default(), true);
@@ -207,6 +210,7 @@ fn expose(
     if group.is_none() {
         keeper.take_back(&mut exposure, index);
     }
+    photons.take_back(run, index, &mut exposure);
     let Some((mut films, stats)) = exposure.develop() else { return Ok(None) };
     let Some(group) = group else {
         return Ok(films.pop().map(|film| Exposed { frames, film, render, stats, start }));
