@@ -3,6 +3,7 @@
 //! What is written depends on the picture and its making alone: no time stamps, no paths, no machine. A file appears
 //! under its final name only when it is whole, and a [`manifest`] beside it knew of it a moment before.
 
+mod attributes;
 mod chunks;
 mod exr;
 pub mod manifest;
