@@ -9,7 +9,7 @@ use super::{Exit, print, say};
 use crate::base::diagnostics::Diagnostics;
 use crate::output::State;
 use crate::shot::outline::Part;
-use crate::shot::plan::{self, Plan, Planned, Reuse};
+use crate::shot::plan::{Plan, Planned, Reuse};
 
 #[derive(clap::Args)]
 #[command(after_help = "State of a frame:
@@ -34,7 +34,7 @@ pub fn run(arguments: &PlanArguments) -> Result<Exit, Diagnostics> {
     let (shot, mut plan) = render::plan(&arguments.wanted)?;
     plan.look(&shot.source);
     print(&if arguments.json { lines(&plan) } else { table(&plan) });
-    let mistakes = plan::summary(&plan);
+    let mistakes = plan.summary();
     say(&mistakes);
     Ok(if mistakes.has_errors() { Exit::Input } else { Exit::Done })
 }

@@ -45,7 +45,7 @@ pub fn write_after(
     let failed = |error: std::io::Error| Diagnostic::io(path.display(), "write", &error);
     let folder = folder_of(path);
     std::fs::create_dir_all(folder).map_err(failed)?;
-    let mut file = tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(failed)?;
+    let mut file = temporary_in(folder).map_err(failed)?;
     // Held until the file has its name: `sweep` leaves what is locked alone. Where there are no locks, it does without.
     let _ = file.as_file().try_lock();
     file.write_all(bytes).map_err(failed)?;
@@ -53,6 +53,21 @@ pub fn write_after(
     before()?;
     file.persist(path).map_err(|e| failed(e.error))?;
     Ok(())
+}
+
+/// Sees to it that files can be written to a folder, which need not be there yet, before any work is done for them.
+///
+/// # Errors
+/// As [`write_atomic`] would have them for this file.
+pub fn probe(path: &Path) -> Result<(), Diagnostic> {
+    let there = path.ancestors().skip(1).map(|folder| if folder == Path::new("") { Path::new(".") } else { folder });
+    let Some(folder) = there.into_iter().find(|folder| folder.exists()) else { return Ok(()) };
+    temporary_in(folder).map(drop).map_err(|error| Diagnostic::io(path.display(), "write", &error))
+}
+
+/// Errors name no temporary file: nobody knows it.
+fn temporary_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(|error| error.kind().into())
 }
 
 /// The folder that a file lies in.
@@ -105,6 +120,10 @@ mod tests {
         let below_a_file = path.join("d.bin");
         assert!(write_atomic(&below_a_file, b"x").unwrap_err().to_string().contains("d.bin"));
         assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+        probe(&folder.path().join("not/there/yet.bin")).unwrap();
+        let message = probe(&below_a_file).unwrap_err().to_string();
+        assert!(message.contains("d.bin") && !message.contains(TEMPORARY), "{message}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
     #[test]

@@ -101,6 +101,9 @@ pub fn run(
     }
     let source = shot.source.clone();
     let groups = copy_what_is_done(plan, &source, watch)?;
+    if let Some(first) = groups.first() {
+        output::probe(&first[0].file)?;
+    }
     let failed = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let (send, receive) = sync_channel::<Exposed>(1);
