@@ -224,8 +224,10 @@ pub fn expose(
         stats.counters += counters;
         if let Some((shelf, sent)) = shelf.as_mut().zip(sent) {
             shelf.put(share.index, sent);
-            stats.reuse_bytes = shelf.bytes();
         }
+    }
+    if let Some(shelf) = shelf {
+        stats.reuse_bytes = shelf.bytes();
     }
     stats.tiles = plate.tallies.len() / plate.passes;
     stats.accel = accelerator.name();

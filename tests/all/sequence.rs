@@ -267,6 +267,16 @@ fn two_runs_of_the_same_frames_do_each_other_no_harm() {
 }
 
 #[test]
+fn a_folder_that_cannot_be_written_to_is_found_out_before_the_first_frame_is_rendered() {
+    let desk = desk();
+    let run = desk.anim("a.rhai -o a.ron/frames/ --progress json --spp 4096 --size 4000x4000");
+    let said = ["cannot write a.ron/frames/a.0001.png: "];
+    let run = run.fails(5, &said);
+    assert!(!run.stderr.contains(".anim-tmp") && !run.stderr.contains("done"), "{}", run.stderr);
+    assert_eq!(desk.files(), ["a.rhai", "a.ron"]);
+}
+
+#[test]
 fn a_frame_that_cannot_be_written_is_an_io_error_and_the_rest_is_whole() {
     let desk = desk();
     desk.anim("a.rhai -o fresh").ok();

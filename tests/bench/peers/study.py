@@ -3,6 +3,7 @@
 import argparse
 import math
 import os
+import resource
 import shutil
 import statistics
 import subprocess
@@ -49,22 +50,20 @@ def axes(lamp):
 # Ours
 
 
-def run_anim(args):
+def run_anim(args, _):
     command = [args.anim, os.path.join(ROOT, "scripts/mixing.rhai"), "-o", "anim", "--force"]
     command += ["--spp", str(args.samples), "--threads", str(args.threads)]
     subprocess.run(command, cwd=args.folder, check=True, capture_output=True)
-    return FRAMES
 
 
 # Mitsuba 3 (PyPI): the scene is loaded once, and its lamps are set for each frame
 
 
-def run_mitsuba(args):
+def run_mitsuba(args, frames):
     command = [sys.executable, os.path.abspath(__file__), "--as-mitsuba", "--samples", str(args.samples)]
-    command += ["--peer-frames", str(args.peer_frames)]
+    command += ["--peer-frames", str(frames)]
     environment = dict(os.environ, DRJIT_NUM_THREADS=str(args.threads))
     subprocess.run(command, cwd=args.folder, check=True, capture_output=True, env=environment)
-    return args.peer_frames
 
 
 def cone(n):
@@ -188,12 +187,11 @@ def write_pov(folder):
         f.write("\n".join(lines) + "\n")
 
 
-def run_povray(args):
+def run_povray(args, frames):
     command = ["povray", "+Imixing.pov", "+Opovray/mixing.png", "+W%d" % WIDTH, "+H%d" % HEIGHT, "-D", "-V", "-J"]
     command += ["+A0.0", "+AM1", "+R%d" % max(1, math.isqrt(args.samples)), "+WT%d" % args.threads]
-    command += ["+KFI1", "+KFF%d" % FRAMES, "+SF1", "+EF%d" % args.peer_frames]
+    command += ["+KFI1", "+KFF%d" % FRAMES, "+SF1", "+EF%d" % frames]
     subprocess.run(command, cwd=args.folder, check=True, capture_output=True)
-    return args.peer_frames
 
 
 PEERS = {"mitsuba": run_mitsuba, "povray": run_povray}
@@ -205,6 +203,23 @@ def available(peer):
     return subprocess.run([sys.executable, "-c", "import mitsuba"], capture_output=True).returncode == 0
 
 
+def timed(run, args, frames):
+    """Seconds of the clock and of all processors for a whole process."""
+    processors = lambda: sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
+    start, used = time.time(), processors()
+    run(args, frames)
+    return time.time() - start, processors() - used
+
+
+def reckoned(run, args):
+    """As `timed`, for all frames: from the first one and what some more cost."""
+    some = min(args.peer_frames, FRAMES)
+    if run is run_anim or some == FRAMES:
+        return timed(run, args, FRAMES)
+    first, all_of_them = timed(run, args, 1), timed(run, args, some)
+    return tuple(a + (b - a) * (FRAMES - 1) / (some - 1) for a, b in zip(first, all_of_them))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("peer", nargs="*", help="mitsuba povray; all that are installed if none is named")
@@ -213,7 +228,8 @@ def main():
     parser.add_argument("--samples", type=int, default=16)
     parser.add_argument("--threads", type=int, default=os.cpu_count())
     parser.add_argument("--runs", type=int, default=3)
-    parser.add_argument("--peer-frames", type=int, default=FRAMES, help="frames that peers render; the rest is reckoned")
+    parser.add_argument("--peer-frames", type=int, default=FRAMES,
+                        help="frames that peers render, 2 at least; the rest is reckoned")
     parser.add_argument("--as-mitsuba", action="store_true", help=argparse.SUPPRESS)
     args = parser.parse_args()
     if args.as_mitsuba:
@@ -227,15 +243,13 @@ def main():
     times = {who: [] for who in runners}
     for _ in range(args.runs):
         for who, run in runners.items():
-            start = time.time()
-            frames = run(args)
-            times[who].append((time.time() - start) * FRAMES / frames)
-    ours = statistics.median(times["anim"])
-    print("%-8s %9s %7s" % ("", "wall s", "ratio"))
+            times[who].append(reckoned(run, args))
+    median = lambda who: [statistics.median(t[k] for t in times[who]) for k in (0, 1)]
+    print("%-8s %9s %9s %7s %7s" % ("", "wall s", "cpu s", "wall", "cpu"))
     for who in runners:
-        wall = statistics.median(times[who])
         # Theirs over ours.
-        print("%-8s %9.2f %7.1f" % (who, wall, wall / ours))
+        wall, cpu = (theirs / ours for theirs, ours in zip(median(who), median("anim")))
+        print("%-8s %9.2f %9.2f %7.1f %7.1f" % (who, *median(who), wall, cpu))
 
 
 if __name__ == "__main__":

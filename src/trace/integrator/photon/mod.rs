@@ -8,7 +8,7 @@
 //! caustics are spread farther where they are few, by what the first pass has seen.
 //!
 //! What sends no photons is left to the paths, which then go on: the sky, and lamps that do not fall off. Photons know
-//! nothing of the camera: they stand still while it moves.
+//! nothing of the camera: they stand still while it moves, and [`Shelf`] keeps them.
 
 mod map;
 mod shelf;
