@@ -67,8 +67,8 @@ fn temporary_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(|error| error.kind().into())
 }
 
-/// A temporary file that is held until it has its name: `sweep` leaves what is locked alone. Where there are no locks, it
-/// sweeps nothing.
+/// A temporary file that is held until it has its name: `sweep` leaves what is locked alone. Where there are no locks,
+/// it sweeps nothing.
 fn held_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     let mut file = temporary_in(folder)?;
     for _ in 0..MOST_TRIES {

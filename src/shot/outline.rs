@@ -48,8 +48,8 @@ pub struct Outline {
     pub shines: Vec<Shine>,
     /// Whether the picture is a sum over lights, as far as its settings go.
     pub is_sum: bool,
-    /// The digest of all that decides the photons of the picture, if it is made with some: of the camera that is only how
-    /// long its shutter is open.
+    /// The digest of all that decides the photons of the picture, if it is made with some: of the camera that is when
+    /// its shutter opens and closes.
     pub photons: Option<Digest>,
     /// Whether the picture changes only where bodies do, as far as camera and settings go.
     pub is_still: bool,

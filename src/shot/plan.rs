@@ -69,7 +69,8 @@ impl Planned {
         Making { source: source.to_string(), frame: self.frame, hash: self.hash }
     }
 
-    /// What it costs beside its kin. How many tiles will be kept nobody knows before, nor what photons take of the whole.
+    /// What it costs beside its kin. How many tiles will be kept nobody knows before, nor what share photons are of the
+    /// whole.
     pub fn cost(&self) -> f64 {
         match (&self.outline, self.reuse) {
             (Ok(outline), Reuse::None | Reuse::Tiles | Reuse::Photons) => outline.cost,

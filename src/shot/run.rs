@@ -27,7 +27,7 @@ pub enum Event {
     /// Tiles of a frame that are done, out of all of its tiles.
     Tiles { frame: u32, done: usize, total: usize },
     /// A frame's file is whole.
-    Written(Report),
+    Written(Box<Report>),
 }
 
 /// Where a frame's pixels are from.
@@ -136,7 +136,7 @@ pub fn run(
 
 fn report(planned: &Planned, reused: Reused, start: Instant) -> Event {
     let (frame, file, stats) = (planned.frame, planned.file.clone(), FrameStats::default());
-    Event::Written(Report { frame, file, reused, stats, total_seconds: start.elapsed().as_secs_f64() })
+    Event::Written(Box::new(Report { frame, file, reused, stats, total_seconds: start.elapsed().as_secs_f64() }))
 }
 
 /// Writes the frames that are the same as one that is done; gives the others, equal ones together.
@@ -248,7 +248,7 @@ fn write_all(
             }
             let stats = if reused == Reused::None { stats.clone() } else { FrameStats::default() };
             let total_seconds = start.elapsed().as_secs_f64();
-            watch(Event::Written(Report { frame: making.frame, file, reused, stats, total_seconds }));
+            watch(Event::Written(Box::new(Report { frame: making.frame, file, reused, stats, total_seconds })));
             reused = Reused::Copy;
         }
     }

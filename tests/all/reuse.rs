@@ -71,6 +71,14 @@ fn colours_of_lights_cost_one_frame() {
         let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 32x24"));
         // Three passes, traced in the first of six frames.
         assert_eq!((sum(&run, "passes"), sum(&run, "passes_kept")), (18, 15));
+        // A plan counts the passes that are not there any more.
+        let more = format!("--integrator {integrator} --size 32x24");
+        desk.anim(&format!("a.rhai -o out/ {more}")).ok();
+        std::fs::remove_file(desk.path("out/a.0004.png")).unwrap();
+        std::fs::remove_file(desk.path("out/a.0005.png")).unwrap();
+        let plan = desk.anim(&format!("plan a.rhai -o out/ {more}")).ok().stdout;
+        assert!(plan.contains("4 done, 2 missing; 1 to trace"), "{plan}");
+        std::fs::remove_dir_all(desk.path("out")).unwrap();
         // A few of the frames are what they are among all.
         desk.anim(&format!("a.rhai -o some/ --size 32x24 --integrator {integrator} --frames 4,2")).ok();
         desk.anim(&format!("a.rhai -o all/ --size 32x24 --integrator {integrator} --reuse-memory 0")).ok();
