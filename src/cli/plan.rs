@@ -9,7 +9,7 @@ use super::{Exit, print, say};
 use crate::base::diagnostics::Diagnostics;
 use crate::output::State;
 use crate::shot::outline::Part;
-use crate::shot::plan::{self, Plan, Planned, Reuse};
+use crate::shot::plan::{Plan, Planned, Reuse};
 
 #[derive(clap::Args)]
 #[command(after_help = "State of a frame:
@@ -34,7 +34,7 @@ pub fn run(arguments: &PlanArguments) -> Result<Exit, Diagnostics> {
     let (shot, mut plan) = render::plan(&arguments.wanted)?;
     plan.look(&shot.source);
     print(&if arguments.json { lines(&plan) } else { table(&plan) });
-    let mistakes = plan::summary(&plan);
+    let mistakes = plan.summary();
     say(&mistakes);
     Ok(if mistakes.has_errors() { Exit::Input } else { Exit::Done })
 }
@@ -91,7 +91,7 @@ fn table(plan: &Plan) -> String {
     let wrong = (plan.mistakes().count(), "wrong");
     let parts: Vec<String> =
         counted.chain([wrong]).filter(|(n, _)| *n > 0).map(|(n, word)| format!("{n} {word}")).collect();
-    let is_traced = |p: &Planned| matches!(p.reuse, Reuse::None | Reuse::Tiles);
+    let is_traced = |p: &Planned| matches!(p.reuse, Reuse::None | Reuse::Tiles | Reuse::Photons);
     let to_trace = plan.frames.iter().filter(|p| p.outline.is_ok() && p.state != State::Done && is_traced(p));
     let _ = writeln!(text, "{}; {} to trace", parts.join(", "), to_trace.count());
     text

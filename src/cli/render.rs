@@ -192,7 +192,7 @@ fn render(arguments: &RenderArguments, (mut shot, mut plan): (Shot, Plan)) -> Re
     if !arguments.force {
         plan.look(&shot.source);
     }
-    say(&shot::plan::summary(&plan));
+    say(&plan.summary());
     let cancel = on_interrupt()?;
     let policy = Policy { reuse: !arguments.no_reuse, memory: arguments.reuse_memory };
     let wanted = plan.frames.len();
@@ -216,9 +216,8 @@ fn render(arguments: &RenderArguments, (mut shot, mut plan): (Shot, Plan)) -> Re
     let place = if shot.is_sequence() { plan.folder() } else { plan.target.path(1) };
     progress.end(written, kept, &place.to_string_lossy());
     let ending = ending?;
-    for (_, problems) in &ending.failed {
-        say(problems);
-    }
+    let failed = ending.failed.iter().map(|(frame, problems)| (*frame, problems));
+    say(&shot::plan::summary(failed, wanted, "failed"));
     if ending.cancelled {
         let there = written + kept;
         say(&Diagnostic::warning(format!("interrupted: {there} of {wanted} frames are there, and whole")).into());
@@ -273,6 +272,8 @@ fn stats(report: &Report) -> serde_json::Value {
         "tiles_kept": s.tiles_kept,
         "passes": s.passes,
         "passes_kept": s.passes_kept,
+        "photon_maps": s.photon_maps,
+        "photon_maps_kept": s.photon_maps_kept,
         "reuse_bytes": s.reuse_bytes,
         "seed": s.seed,
         "build_seconds": s.build_seconds,

@@ -12,6 +12,7 @@ use ::exr::prelude::{
 };
 
 use super::Notes;
+use super::attributes::text_of;
 use crate::base::limits;
 use crate::components::{Aov, Render};
 use crate::film::Film;
@@ -51,8 +52,7 @@ pub fn encode_exr(film: &Film, render: &Render, notes: &Notes) -> Result<Vec<u8>
         }
     }
     // One attribute for all notes: the crate writes several in an order that changes from run to run.
-    let lines: Vec<String> = notes.iter().map(|(keyword, text)| format!("{keyword}: {text}")).collect();
-    let comments = Some(Text::from_slice_unchecked(lines.join("\n").as_bytes()));
+    let comments = Some(Text::from_slice_unchecked(text_of(notes).as_bytes()));
     let attributes = LayerAttributes { comments, ..LayerAttributes::default() };
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };

@@ -3,6 +3,7 @@
 //! What is written depends on the picture and its making alone: no time stamps, no paths, no machine. A file appears
 //! under its final name only when it is whole, and a [`manifest`] beside it knew of it a moment before.
 
+mod attributes;
 mod chunks;
 mod exr;
 pub mod manifest;
@@ -14,10 +15,9 @@ pub use exr::{ExrFile, encode_exr, is_exr, read_exr, read_exr_header};
 pub use png::{Notes, encode_png, read_notes, settings_note};
 pub use state::{State, look, making_notes, renamed};
 
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::Path;
-use std::time::Duration;
 
 use crate::base::diagnostics::Diagnostic;
 
@@ -44,15 +44,47 @@ pub fn write_after(
     let failed = |error: std::io::Error| Diagnostic::io(path.display(), "write", &error);
     let folder = folder_of(path);
     std::fs::create_dir_all(folder).map_err(failed)?;
-    let mut file = tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(failed)?;
-    // Held until the file has its name: `sweep` leaves what is locked alone. Where there are no locks, it does without.
-    let _ = file.as_file().try_lock();
+    let mut file = held_in(folder).map_err(failed)?;
     file.write_all(bytes).map_err(failed)?;
     open_to_all(&file).map_err(failed)?;
     before()?;
     file.persist(path).map_err(|e| failed(e.error))?;
     Ok(())
 }
+
+/// Sees to it that files can be written to a folder, which need not be there yet, before any work is done for them.
+///
+/// # Errors
+/// As [`write_atomic`] would have them for this file.
+pub fn probe(path: &Path) -> Result<(), Diagnostic> {
+    let there = path.ancestors().skip(1).map(|folder| if folder == Path::new("") { Path::new(".") } else { folder });
+    let Some(folder) = there.into_iter().find(|folder| folder.exists()) else { return Ok(()) };
+    temporary_in(folder).map(drop).map_err(|error| Diagnostic::io(path.display(), "write", &error))
+}
+
+/// Errors name no temporary file: nobody knows it.
+fn temporary_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(|error| error.kind().into())
+}
+
+/// A temporary file that is held until it has its name: `sweep` leaves what is locked alone. Where there are no locks,
+/// it sweeps nothing.
+fn held_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    let mut file = temporary_in(folder)?;
+    for _ in 0..MOST_TRIES {
+        let lock = file.as_file().try_lock();
+        // Before it was locked it looked like one that the dead have left.
+        let is_swept = matches!(lock, Err(TryLockError::WouldBlock)) || !file.path().exists();
+        if !is_swept {
+            break;
+        }
+        file = temporary_in(folder)?;
+    }
+    Ok(file)
+}
+
+/// So often somebody may sweep a new file away in the moment before it is held.
+const MOST_TRIES: usize = 100;
 
 /// The folder that a file lies in.
 pub fn folder_of(path: &Path) -> &Path {
@@ -64,19 +96,12 @@ pub fn sweep(folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     for entry in entries.flatten().filter(|e| e.file_name().to_string_lossy().starts_with(TEMPORARY)) {
         let Ok(file) = File::open(entry.path()) else { continue };
-        // Between its making and its lock a file is empty and a moment old.
-        let settled = file.metadata().is_ok_and(|data| {
-            data.len() > 0 || data.modified().is_ok_and(|at| at.elapsed().is_ok_and(|age| age > EMPTY_FOR))
-        });
-        if settled && file.try_lock().is_ok() {
-            // Somebody else may have been faster.
+        if file.try_lock().is_ok() {
+            // Still locked, so that nobody takes it for his own. Somebody else may have been faster.
             let _ = std::fs::remove_file(entry.path());
         }
     }
 }
-
-/// How long a temporary file may stay empty.
-const EMPTY_FOR: Duration = Duration::from_secs(10);
 
 /// Temporary files are private to their owner; a finished one has the usual rights.
 #[cfg(unix)]
@@ -104,20 +129,42 @@ mod tests {
         let below_a_file = path.join("d.bin");
         assert!(write_atomic(&below_a_file, b"x").unwrap_err().to_string().contains("d.bin"));
         assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+        probe(&folder.path().join("not/there/yet.bin")).unwrap();
+        let message = probe(&below_a_file).unwrap_err().to_string();
+        assert!(message.contains("d.bin") && !message.contains(TEMPORARY), "{message}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
     #[test]
     fn only_what_the_dead_left_is_swept_away() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
-        for name in [".anim-tmp-dead", ".anim-tmp-alive", ".anim-tmp-new", "frame.png"] {
-            std::fs::write(path(name), if name.ends_with("new") { "" } else { "half" }).unwrap();
+        for name in [".anim-tmp-dead", ".anim-tmp-alive", ".anim-tmp-empty", "frame.png"] {
+            std::fs::write(path(name), if name.ends_with("empty") { "" } else { "half" }).unwrap();
         }
         let alive = File::open(path(".anim-tmp-alive")).unwrap();
         alive.lock().unwrap();
         sweep(folder.path());
         let left = |name: &str| path(name).exists();
-        assert!(!left(".anim-tmp-dead") && left(".anim-tmp-alive") && left(".anim-tmp-new") && left("frame.png"));
+        assert!(!left(".anim-tmp-dead") && left(".anim-tmp-alive") && !left(".anim-tmp-empty") && left("frame.png"));
         sweep(&path("nowhere"));
+    }
+
+    #[test]
+    fn who_sweeps_takes_nothing_from_who_writes() {
+        let folder = tempfile::tempdir().unwrap();
+        let done = std::sync::atomic::AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !done.load(std::sync::atomic::Ordering::Relaxed) {
+                    sweep(folder.path());
+                }
+            });
+            for i in 0..200 {
+                write_atomic(&folder.path().join(format!("{i}")), b"whole").unwrap();
+            }
+            done.store(true, std::sync::atomic::Ordering::Relaxed);
+        });
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 200);
     }
 }

@@ -3,11 +3,11 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
-use super::Notes;
-use super::chunks::{sound_notes, with_notes};
+use super::chunks::sound_notes;
 use super::exr::{is_exr, read_exr, read_exr_header};
 use super::manifest::{Entry, Making};
 use super::png::read_notes;
+use super::{Notes, attributes, chunks};
 use crate::base::digest::Digest;
 use crate::base::{files, limits};
 
@@ -50,11 +50,13 @@ pub fn making_notes(making: &Making) -> Notes {
 
 /// The file of a frame made from that of one with the same pixels: to the byte what rendering it would give.
 ///
-/// `None` if the file is not a whole PNG picture of the same content; an EXR file is made anew.
+/// `None` if the file is not a whole picture of the same content.
 pub fn renamed(bytes: &[u8], making: &Making) -> Option<Vec<u8>> {
-    let wanted = making_notes(making);
-    let is_same = sound_notes(bytes)?.iter().any(|note| note.0 == "Hash" && note.1 == making.hash.to_string());
-    if is_same { with_notes(bytes, &wanted) } else { None }
+    let (notes, wanted) = (whole_notes(bytes)?, making_notes(making));
+    if !notes.iter().any(|(keyword, text)| keyword == "Hash" && *text == making.hash.to_string()) {
+        return None;
+    }
+    if is_exr(bytes) { attributes::with_notes(bytes, &notes, &wanted) } else { chunks::with_notes(bytes, &wanted) }
 }
 
 /// Looks at all bytes of the file: time stamps are not trusted.

@@ -1,7 +1,9 @@
-//! Frames that differ in the colours of lights alone, and what they share.
+//! Frames that differ in the colours of what shines alone, and what they share.
 //!
-//! Light adds up: where nothing but the colours of some lights changes, one pass for each of these lights and one for
-//! all the rest make every frame as a weighted sum (as light mixing does; Jevans 1992 is of the same mind about objects).
+//! Light adds up: where nothing changes but the colours of some lights, of materials that shine or of what lies around
+//! the scene, one pass for each of these and one for all the rest make every frame as a weighted sum (as light mixing
+//! does; Jevans 1992 is of the same mind about objects). In its pass each shines in a grey that is the same for all
+//! frames of the group, so that the chances to ask for its light are too.
 //! A frame that belongs to such a group is always made so, alone or among others: the group follows from the script as a
 //! whole, so that the sum is the same to the bit, whichever frames are wanted and whatever is kept of the passes.
 
@@ -10,11 +12,10 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
-use super::outline::{Lamp, Outline, Rest};
+use super::outline::{Outline, Rest, Shine};
 use crate::base::digest::{Digest, Hasher};
 use crate::base::limits;
-use crate::components::Kind;
-use crate::systems::Passes;
+use crate::systems::{Passes, Shiner};
 
 /// The passes that the frames of a group are sums of.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,10 +28,8 @@ pub struct Group {
 impl Group {
     /// What each pass but the first counts for in a frame.
     pub fn factors(&self, rest: &Rest, outline: &Outline) -> Vec<Vec3> {
-        let factor = |(entity, kind, unit): &(usize, Kind, f32)| {
-            color_in(rest, &outline.lamps, (*entity, *kind)).as_vec3() / *unit
-        };
-        self.passes.lights.iter().map(factor).collect()
+        let factor = |(shiner, unit): &(Shiner, f32)| color_in(rest, &outline.shines, *shiner).as_vec3() / *unit;
+        self.passes.shiners.iter().map(factor).collect()
     }
 
     /// The hash of one of its frames: the sum is not, to the bit, what one pass for all would be.
@@ -42,9 +41,9 @@ impl Group {
     }
 }
 
-fn color_in(rest: &Rest, lamps: &[Lamp], light: (usize, Kind)) -> DVec3 {
-    let own = lamps.iter().find(|lamp| (lamp.entity, lamp.kind) == light).map(|lamp| lamp.color);
-    own.or(rest.rest_color(light.0, light.1)).unwrap_or(DVec3::ZERO)
+fn color_in(rest: &Rest, shines: &[Shine], shiner: Shiner) -> DVec3 {
+    let own = shines.iter().find(|shine| shine.shiner == shiner).map(|shine| shine.color);
+    own.or(rest.rest_color(shiner)).unwrap_or(DVec3::ZERO)
 }
 
 /// Groups by what their frames have in common.
@@ -52,34 +51,38 @@ pub type Groups = FxHashMap<Digest, Arc<Group>>;
 
 /// Finds the groups of a sequence; of each frame of it, not only of those that are wanted.
 pub fn find<'a>(rest: &Rest, frames: impl Iterator<Item = &'a Outline>) -> Groups {
-    let mut alike: FxHashMap<Digest, Vec<&[Lamp]>> = FxHashMap::default();
+    let mut alike: FxHashMap<Digest, Vec<&[Shine]>> = FxHashMap::default();
     for outline in frames.filter(|outline| outline.is_sum) {
-        alike.entry(outline.hash_without_colors()).or_default().push(&outline.lamps);
+        alike.entry(outline.hash_without_colors()).or_default().push(&outline.shines);
     }
     alike.into_iter().filter_map(|(hash, frames)| Some((hash, Arc::new(group(rest, hash, &frames)?)))).collect()
 }
 
-fn group(rest: &Rest, common: Digest, frames: &[&[Lamp]]) -> Option<Group> {
-    let mut lamps: Vec<(usize, Kind)> =
-        frames.iter().flat_map(|lamps| lamps.iter().map(|lamp| (lamp.entity, lamp.kind))).collect();
-    lamps.sort();
-    lamps.dedup();
+fn group(rest: &Rest, common: Digest, frames: &[&[Shine]]) -> Option<Group> {
+    let mut shiners: Vec<Shiner> = frames.iter().flat_map(|shines| shines.iter().map(|shine| shine.shiner)).collect();
+    shiners.sort();
+    shiners.dedup();
     let mut passes = Passes::default();
     let mut hasher = Hasher::default();
     hasher.digest(common);
-    for light in lamps {
-        let colors = || frames.iter().map(|lamps| color_in(rest, lamps, light));
+    for shiner in shiners {
+        let colors = || frames.iter().map(|shines| color_in(rest, shines, shiner));
         let brightest = colors().fold(0.0, |most: f64, color| most.max(color.max_element()));
-        if colors().all(|one| one == color_in(rest, frames[0], light)) || brightest == 0.0 {
+        if colors().all(|one| one == color_in(rest, frames[0], shiner)) || brightest == 0.0 {
             continue;
         }
         let unit = power_of_two_above(brightest);
-        passes.lights.push((light.0, light.1, unit));
-        hasher.word(light.0 as u64);
-        hasher.text(light.1.name());
+        passes.shiners.push((shiner, unit));
+        let (word, number) = match shiner {
+            Shiner::Lamp(entity, kind) => (kind.name(), entity),
+            Shiner::Material(number) => ("material", number),
+            Shiner::Surround => ("surround", 0),
+        };
+        hasher.word(number as u64);
+        hasher.text(word);
         hasher.number(unit.into());
     }
-    let count = passes.lights.len();
+    let count = passes.shiners.len();
     (1..=limits::LIGHT_PASSES).contains(&count).then(|| Group { hash: hasher.finish(), passes })
 }
 

@@ -3,13 +3,15 @@
 //! Every frame is evaluated before the first is rendered ([`plan`]), so that a mistake in frame 37 is known at once; the
 //! frames without one are rendered all the same. The evaluation leaves a digest of each frame ([`outline`]): frames that
 //! lie finished under their names are kept, frames that are the same are rendered once ([`run`]), and frames that differ in
-//! little share most of their work (`groups`, `reuse`). A frame starts from the same World: its edits are applied, it is
-//! rendered, they are taken back; where the shutter is open, so for each of its [`Slice`]s of time. While one frame is
-//! rendered the one before is encoded and written.
+//! little share most of their work (`groups`, `reuse`, `photons`). A frame starts from the same World: its edits are
+//! applied, it is rendered, they are taken back; where the shutter is open, so for each of its [`Slice`]s of time. While
+//! one frame is rendered the one before is encoded and written.
 
 mod assets;
 mod groups;
 pub mod outline;
+mod parts;
+mod photons;
 pub mod plan;
 mod reuse;
 pub mod run;

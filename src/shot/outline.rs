@@ -13,13 +13,16 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::assets::Assets;
+pub use super::parts::Part;
+use super::parts::{Parts, with, without};
 use crate::base::digest::{Digest, Hasher};
 use crate::components::content::{feed_component, feed_record};
 use crate::components::*;
+use crate::systems::Shiner;
 
 /// The number of the pictures themselves: raise it with every change to the program that changes a pixel or a byte of
 /// a file, so that frames of an older program count as stale.
-pub const PICTURES: u32 = 1;
+pub const PICTURES: u32 = 2;
 
 /// Settings that do not show in a picture.
 const INVISIBLE: [&str; 2] = ["accel", "grid_density"];
@@ -27,61 +30,14 @@ const INVISIBLE: [&str; 2] = ["accel", "grid_density"];
 /// Fields of the camera that are the lens and its focus; the others are where it stands and what it sees.
 const LENS: [&str; 6] = ["focus_distance", "focus", "aperture", "lens", "f_stop", "meters_per_unit"];
 
-/// What a frame is made of, and so what can change from one frame to another.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
-    Camera,
-    Lens,
-    Settings,
-    Geometry,
-    Transforms,
-    Materials,
-    /// Where lights are, their size and falloff.
-    Lights,
-    LightColors,
-    /// Camera and placements of the frame before, where motion is a layer.
-    Before,
-}
+/// Settings that photons do not see.
+const FILM: [&str; 9] =
+    ["size", "bit_depth", "clamp", "exposure", "tone_map", "filter", "filter_width", "aovs", "denoise"];
 
-impl Part {
-    /// In the order of the enum: a part is its own index.
-    pub const ALL: [Part; 9] = [
-        Part::Camera,
-        Part::Lens,
-        Part::Settings,
-        Part::Geometry,
-        Part::Transforms,
-        Part::Materials,
-        Part::Lights,
-        Part::LightColors,
-        Part::Before,
-    ];
-
-    /// The word for it in reports.
-    pub fn word(self) -> &'static str {
-        match self {
-            Part::Camera => "camera",
-            Part::Lens => "lens",
-            Part::Settings => "settings",
-            Part::Geometry => "geometry",
-            Part::Transforms => "transforms",
-            Part::Materials => "materials",
-            Part::Lights => "lights",
-            Part::LightColors => "light_colors",
-            Part::Before => "before",
-        }
-    }
-}
-
-type Parts = [Digest; Part::ALL.len()];
-
-/// The colour of a light in a frame that makes it differ from the scene that frames start from.
+/// What shines in a frame in another colour than in the scene that frames start from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lamp {
-    /// Authored index of its entity.
-    pub entity: usize,
-    /// Which light of the entity.
-    pub kind: Kind,
+pub struct Shine {
+    pub shiner: Shiner,
     pub color: DVec3,
 }
 
@@ -89,10 +45,12 @@ pub struct Lamp {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outline {
     parts: Parts,
-    /// Lights of other colours than at rest, in the order of their entities.
-    pub lamps: Vec<Lamp>,
+    pub shines: Vec<Shine>,
     /// Whether the picture is a sum over lights, as far as its settings go.
     pub is_sum: bool,
+    /// The digest of all that decides the photons of the picture, if it is made with some: of the camera that is when
+    /// its shutter opens and closes.
+    pub photons: Option<Digest>,
     /// Whether the picture changes only where bodies do, as far as camera and settings go.
     pub is_still: bool,
     /// Width and height of the picture.
@@ -111,11 +69,11 @@ impl Outline {
         hasher.finish()
     }
 
-    /// The digest of all but the colours of lights.
+    /// The digest of all but the colours of what shines.
     pub fn hash_without_colors(&self) -> Digest {
         let mut parts = self.parts;
         parts[Part::LightColors as usize] = Digest::default();
-        Outline { parts, lamps: Vec::new(), ..*self }.hash()
+        Outline { parts, shines: Vec::new(), ..*self }.hash()
     }
 
     /// A frame of several moments, one at least; what times they are follows from camera and settings.
@@ -128,14 +86,25 @@ impl Outline {
         for moment in moments {
             hashers.iter_mut().zip(moment.parts).for_each(|(hasher, part)| hasher.digest(part));
         }
+        let all = || {
+            let mut hasher = Hasher::default();
+            moments.iter().filter_map(|moment| moment.photons).for_each(|photons| hasher.digest(photons));
+            hasher.finish()
+        };
+        let photons = first.photons.map(|_| all());
         // Moments share the samples, and with them the cost.
-        Outline { parts: hashers.map(|hasher| hasher.finish()), ..first }
+        Outline { parts: hashers.map(|hasher| hasher.finish()), photons, ..first }
     }
 
     /// Whether two frames show the same but for bodies that are elsewhere or otherwise.
     pub fn stands_still_with(&self, other: &Outline) -> bool {
         let others = [Part::Geometry, Part::Transforms, Part::Materials];
         self.is_still && other.is_still && self.changes(other).iter().all(|part| others.contains(part))
+    }
+
+    /// Whether two frames are made with the same photons.
+    pub fn shares_photons_with(&self, other: &Outline) -> bool {
+        self.photons.is_some() && self.photons == other.photons
     }
 
     /// The parts in which two frames differ.
@@ -174,21 +143,16 @@ impl Rest {
             scene: scene.clone(),
             assets,
         };
-        let add = |mut sums: Parts, parts: Parts| {
-            sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum = sum.with(part));
-            sums
-        };
         let entities = scene.entities.par_iter().enumerate().with_min_len(1_000);
-        rest.parts = entities.map(|(index, bag)| rest.entity(index, bag)).reduce(Parts::default, add);
+        rest.parts = entities.map(|(index, bag)| rest.entity(index, bag)).reduce(Parts::default, with);
         for bag in &scene.entities {
             count(&mut rest.tally, bag, 1);
             if let Some(index) = worn_by(bag).and_then(|name| rest.materials.get(name)) {
                 rest.worn[*index] += 1;
             }
         }
-        let materials = &mut rest.parts[Part::Materials as usize];
         for (index, (name, material)) in scene.materials.iter().enumerate().filter(|(i, _)| rest.worn[*i] > 0) {
-            *materials = materials.with(material_digest(&rest.assets, index, name, material));
+            rest.parts = with(rest.parts, rest.material(index, name, material));
         }
         rest
     }
@@ -227,38 +191,43 @@ impl Rest {
         };
         for (index, now) in &touched.entities {
             if let Some(before) = self.scene.entities.get(*index) {
-                parts.iter_mut().zip(self.entity(*index, before)).for_each(|(sum, part)| *sum = sum.without(part));
+                parts = without(parts, self.entity(*index, before));
                 count(&mut tally, before, -1);
                 wear(before, -1);
             }
             if let Some(now) = now {
-                parts.iter_mut().zip(self.entity(*index, now)).for_each(|(sum, part)| *sum = sum.with(part));
+                parts = with(parts, self.entity(*index, now));
                 count(&mut tally, now, 1);
                 wear(now, 1);
             }
         }
-        let sum = &mut parts[Part::Materials as usize];
+        let mut shines = self.shines(&touched, render);
         for (index, change) in worn {
             let before = self.worn.get(index).copied().unwrap_or(0);
             let rest = self.scene.materials.get(index);
             if let Some((name, material)) = rest.filter(|_| before > 0) {
-                *sum = sum.without(material_digest(&self.assets, index, name, material));
+                parts = without(parts, self.material(index, name, material));
             }
             let name = rest.map(|(name, _)| &**name).or_else(|| touched.added.get(index - self.worn.len()).copied());
             let material = touched.materials.get(&index).copied().or(rest.map(|(_, material)| material));
             if let (Some(name), Some(material), true) = (name, material, before + change > 0) {
-                *sum = sum.with(material_digest(&self.assets, index, name, material));
+                parts = with(parts, self.material(index, name, material));
+                shines.push(Shine { shiner: Shiner::Material(index), color: material.emission });
             }
         }
         parts[Part::Camera as usize] = self.record(camera, |field| !LENS.contains(&field));
         parts[Part::Lens as usize] = self.record(camera, |field| LENS.contains(&field));
-        parts[Part::Settings as usize] = self.record(render, |field| !INVISIBLE.contains(&field));
+        let surround = surround(render).0;
+        parts[Part::Settings as usize] = self.record(render, |field| field != surround && !INVISIBLE.contains(&field));
+        let colors = &mut parts[Part::LightColors as usize];
+        *colors = colors.with(self.record(render, |field| field == surround));
         let is_sum = is_sum(camera, render);
-        let lamps = if is_sum { self.lamps(&touched) } else { Vec::new() };
+        shines.retain(|shine| is_sum && self.rest_color(shine.shiner) != Some(shine.color));
         Outline {
             parts,
-            lamps,
+            shines,
             is_sum,
+            photons: (render.integrator == Integrator::Photon).then(|| self.photons(parts, camera, render)),
             is_still: is_still(camera, render),
             size: render.size,
             cost: cost(render, tally),
@@ -278,23 +247,53 @@ impl Rest {
         outline
     }
 
-    fn lamps(&self, touched: &Touched) -> Vec<Lamp> {
-        let now = touched.entities.iter().filter_map(|(entity, now)| Some((*entity, now.as_ref()?)));
-        now.flat_map(|(entity, bag)| LIGHTS.map(|kind| (entity, kind, color_of(bag, kind))))
-            .filter_map(|(entity, kind, color)| Some(Lamp { entity, kind, color: color? }))
-            .filter(|lamp| self.rest_color(lamp.entity, lamp.kind) != Some(lamp.color))
-            .collect()
+    fn photons(&self, parts: Parts, camera: &Camera, render: &Render) -> Digest {
+        let mut hasher = Hasher::default();
+        let seen = [Part::Geometry, Part::Transforms, Part::Materials, Part::Lights, Part::LightColors];
+        seen.iter().for_each(|part| hasher.digest(parts[*part as usize]));
+        hasher.digest(self.record(render, |field| !FILM.contains(&field) && !INVISIBLE.contains(&field)));
+        hasher.digest(self.record(camera, |field| field == "shutter"));
+        hasher.finish()
     }
 
-    /// The colour of a light in the scene that frames start from.
-    pub fn rest_color(&self, entity: usize, kind: Kind) -> Option<DVec3> {
-        color_of(self.scene.entities.get(entity)?, kind)
+    /// The colours of the lights that edits have touched, and of what lies around the scene.
+    fn shines(&self, touched: &Touched, render: &Render) -> Vec<Shine> {
+        let now = touched.entities.iter().filter_map(|(entity, now)| Some((*entity, now.as_ref()?)));
+        let lamps = now.flat_map(|(entity, bag)| LIGHTS.map(|kind| (Shiner::Lamp(entity, kind), color_of(bag, kind))));
+        let around = (Shiner::Surround, Some(surround(render).1));
+        lamps.chain([around]).filter_map(|(shiner, color)| Some(Shine { shiner, color: color? })).collect()
+    }
+
+    /// The colour of what shines in the scene that frames start from.
+    pub fn rest_color(&self, shiner: Shiner) -> Option<DVec3> {
+        match shiner {
+            Shiner::Lamp(entity, kind) => color_of(self.scene.entities.get(entity)?, kind),
+            Shiner::Material(index) => self.scene.materials.get(index).map(|(_, material)| material.emission),
+            Shiner::Surround => Some(surround(&self.scene.render).1),
+        }
     }
 
     fn record(&self, record: &dyn Record, wanted: impl Fn(&str) -> bool) -> Digest {
         let mut hasher = Hasher::default();
         feed_record(record, wanted, &mut hasher, &mut |value, hasher| self.assets.feed(value, hasher));
         hasher.finish()
+    }
+
+    /// What a material that is worn adds to each part of a frame.
+    fn material(&self, index: usize, name: &str, material: &Material) -> Parts {
+        let digest = |wanted: &dyn Fn(&str) -> bool| {
+            let mut hasher = Hasher::default();
+            hasher.word(index as u64);
+            hasher.text(name);
+            feed_record(material, wanted, &mut hasher, &mut |value, hasher| self.assets.feed(value, hasher));
+            hasher.finish()
+        };
+        let mut parts = Parts::default();
+        parts[Part::Materials as usize] = digest(&|field| field != "emission");
+        if material.emission != DVec3::ZERO {
+            parts[Part::LightColors as usize] = digest(&|field| field == "emission");
+        }
+        parts
     }
 
     /// What an entity adds to each part of a frame.
@@ -415,12 +414,12 @@ fn worn_by(bag: &Bag) -> Option<&str> {
     }
 }
 
-fn material_digest(assets: &Assets, index: usize, name: &str, material: &Material) -> Digest {
-    let mut hasher = Hasher::default();
-    hasher.word(index as u64);
-    hasher.text(name);
-    feed_record(material, |_| true, &mut hasher, &mut |value, hasher| assets.feed(value, hasher));
-    hasher.finish()
+/// The setting that says how bright it is around the scene, and its value.
+fn surround(render: &Render) -> (&'static str, DVec3) {
+    if render.environment.is_some() || render.sky.is_some() {
+        return ("environment_intensity", DVec3::splat(render.environment_intensity));
+    }
+    ("background", render.background)
 }
 
 fn count(tally: &mut Tally, bag: &Bag, sign: i64) {

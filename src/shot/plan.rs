@@ -48,6 +48,8 @@ pub enum Reuse {
     Passes,
     /// Tiles of the frame before, where they cannot have changed.
     Tiles,
+    /// Photons of the frame before, which sees the same scene otherwise.
+    Photons,
 }
 
 impl Reuse {
@@ -57,6 +59,7 @@ impl Reuse {
             Reuse::Copy => "copy",
             Reuse::Passes => "passes",
             Reuse::Tiles => "tiles",
+            Reuse::Photons => "photons",
         }
     }
 }
@@ -66,10 +69,11 @@ impl Planned {
         Making { source: source.to_string(), frame: self.frame, hash: self.hash }
     }
 
-    /// What it costs beside its kin. How many tiles will be kept nobody knows before.
+    /// What it costs beside its kin. How many tiles will be kept nobody knows before, nor what share photons are of the
+    /// whole.
     pub fn cost(&self) -> f64 {
         match (&self.outline, self.reuse) {
-            (Ok(outline), Reuse::None | Reuse::Tiles) => outline.cost,
+            (Ok(outline), Reuse::None | Reuse::Tiles | Reuse::Photons) => outline.cost,
             _ => 0.0,
         }
     }
@@ -151,6 +155,12 @@ impl Plan {
             let known = manifest.and_then(|manifest| manifest.get(&planned.file));
             planned.state = look(&planned.file, known, &planned.making(source));
         });
+        find_kin(&mut self.frames);
+    }
+
+    /// The mistakes, for people.
+    pub fn summary(&self) -> Diagnostics {
+        summary(self.mistakes(), self.frames.len(), "have mistakes")
     }
 
     /// Frames with mistakes, with their numbers.
@@ -168,6 +178,7 @@ impl Plan {
 /// What a frame costs that is not traced.
 const WRITING: f64 = 0.1;
 
+/// Finds out what frames have from each other. What is done already is not rendered: nothing of it is there to be kept.
 fn find_kin(frames: &mut [Planned]) {
     let mut first: FxHashMap<Digest, u32> = FxHashMap::default();
     let mut groups: FxHashSet<Digest> = FxHashSet::default();
@@ -176,10 +187,14 @@ fn find_kin(frames: &mut [Planned]) {
         let Ok(outline) = &planned.outline else { continue };
         let known = *first.entry(planned.hash).or_insert(planned.frame);
         planned.twin = (known != planned.frame).then_some(known);
+        if planned.state == State::Done {
+            continue;
+        }
         planned.reuse = match &planned.group {
             _ if planned.twin.is_some() => Reuse::Copy,
             Some(group) if !groups.insert(group.hash) => Reuse::Passes,
             None if before.as_ref().is_some_and(|before| before.stands_still_with(outline)) => Reuse::Tiles,
+            None if before.as_ref().is_some_and(|before| before.shares_photons_with(outline)) => Reuse::Photons,
             _ => Reuse::None,
         };
         before = planned.group.is_none().then(|| outline.clone());
@@ -255,24 +270,26 @@ fn rest_of(
     parts.into_iter().flatten().collect()
 }
 
-/// What is wrong with some frames, for people: the first few mistakes, then how many frames there are.
-pub fn summary(plan: &Plan) -> Diagnostics {
+/// What is wrong with some frames of a plan, for people: the first few problems, each once, then how many frames there
+/// are and that they `did` so.
+pub fn summary<'a>(wrong: impl Iterator<Item = (u32, &'a Diagnostics)>, total: usize, did: &str) -> Diagnostics {
     let mut shown = Diagnostics::default();
     let mut numbers = Vec::new();
-    for (frame, problems) in plan.mistakes() {
+    for (frame, problems) in wrong {
         if numbers.len() < SHOWN {
-            shown.0.extend(problems.0.iter().cloned());
+            let new: Vec<Diagnostic> = problems.0.iter().filter(|one| !shown.0.contains(one)).cloned().collect();
+            shown.0.extend(new);
         }
         numbers.push(frame);
     }
     if numbers.len() > SHOWN {
-        let more = format!("{} of {} frames have mistakes: {}", numbers.len(), plan.frames.len(), ranges(&numbers));
+        let more = format!("{} of {total} frames {did}: {}", numbers.len(), ranges(&numbers));
         shown.push(Diagnostic::error(more));
     }
     shown
 }
 
-/// Frames of which the mistakes are shown.
+/// Frames of which the problems are shown.
 const SHOWN: usize = 3;
 
 /// Ascending numbers as `1-4, 7`.

@@ -8,6 +8,7 @@ use std::time::Instant;
 use rustc_hash::FxHashMap;
 
 use super::Shot;
+use super::photons::Photons;
 use super::plan::{Plan, Planned};
 use super::reuse::Keeper;
 pub use super::reuse::Policy;
@@ -26,7 +27,7 @@ pub enum Event {
     /// Tiles of a frame that are done, out of all of its tiles.
     Tiles { frame: u32, done: usize, total: usize },
     /// A frame's file is whole.
-    Written(Report),
+    Written(Box<Report>),
 }
 
 /// Where a frame's pixels are from.
@@ -100,14 +101,17 @@ pub fn run(
     }
     let source = shot.source.clone();
     let groups = copy_what_is_done(plan, &source, watch)?;
+    if let Some(first) = groups.first() {
+        output::probe(&first[0].file)?;
+    }
     let failed = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let (send, receive) = sync_channel::<Exposed>(1);
         let writer = scope.spawn(|| write_all(receive, plan.manifest.as_ref(), watch, &failed));
         let mut ending = Ending::default();
-        let mut keeper = Keeper::new(policy);
+        let mut kept = (Keeper::new(policy), Photons::default());
         for (index, group) in groups.iter().enumerate() {
-            match expose(shot, &groups, index, &mut keeper, cancel, watch) {
+            match expose(shot, &groups, index, policy, &mut kept, cancel, watch) {
                 Ok(Some(exposed)) if !failed.load(Ordering::Relaxed) => {
                     // The writer only hangs up after a failure, which it reports itself.
                     let _ = send.send(exposed);
@@ -118,7 +122,7 @@ pub fn run(
                     break;
                 }
                 Err(problems) => {
-                    keeper.drop_tiles();
+                    kept.0.drop_tiles();
                     ending.failed.extend(group.iter().map(|planned| (planned.frame, problems.clone())));
                 }
             }
@@ -132,7 +136,7 @@ pub fn run(
 
 fn report(planned: &Planned, reused: Reused, start: Instant) -> Event {
     let (frame, file, stats) = (planned.frame, planned.file.clone(), FrameStats::default());
-    Event::Written(Report { frame, file, reused, stats, total_seconds: start.elapsed().as_secs_f64() })
+    Event::Written(Box::new(Report { frame, file, reused, stats, total_seconds: start.elapsed().as_secs_f64() }))
 }
 
 /// Writes the frames that are the same as one that is done; gives the others, equal ones together.
@@ -170,7 +174,8 @@ fn expose(
     shot: &mut Shot,
     run: &[Vec<&Planned>],
     index: usize,
-    keeper: &mut Keeper,
+    policy: Policy,
+    (keeper, photons): &mut (Keeper, Photons),
     cancel: &AtomicBool,
     watch: Watch,
 ) -> Result<Option<Exposed>, Diagnostics> {
@@ -190,6 +195,7 @@ fn expose(
         Some(group) => exposure.passes = group.passes.clone(),
         None => keeper.lend(shot, run, index, &mut exposure),
     }
+    photons.lend(policy, run, index, &mut exposure);
     let frame = planned.frame;
     let progress = |done, total| watch(Event::Tiles { frame, done, total });
     let (mut render, mut whole) = (Render::default(), true);
@@ -207,6 +213,7 @@ fn expose(
     if group.is_none() {
         keeper.take_back(&mut exposure, index);
     }
+    photons.take_back(run, index, &mut exposure);
     let Some((mut films, stats)) = exposure.develop() else { return Ok(None) };
     let Some(group) = group else {
         return Ok(films.pop().map(|film| Exposed { frames, film, render, stats, start }));
@@ -241,7 +248,7 @@ fn write_all(
             }
             let stats = if reused == Reused::None { stats.clone() } else { FrameStats::default() };
             let total_seconds = start.elapsed().as_secs_f64();
-            watch(Event::Written(Report { frame: making.frame, file, reused, stats, total_seconds }));
+            watch(Event::Written(Box::new(Report { frame: making.frame, file, reused, stats, total_seconds })));
             reused = Reused::Copy;
         }
     }

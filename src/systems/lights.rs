@@ -4,25 +4,60 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::hierarchy::Placement;
 use super::stage::{Absent, Order, Stage};
-use crate::components::{AreaLight, Falloff, Kind, PointLight};
+use crate::components::{AreaLight, Falloff, Kind, PointLight, Render};
 use crate::trace::lights::Light;
+use crate::trace::surfacing::Surfacing;
 
-/// Lights that have a pass of their own, in the order of the passes from the second on: authored index, kind, and the
-/// grey that each shines with there, whatever its own colour is.
+/// What shines and can have a pass of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Shiner {
+    /// A light, by the authored index of its entity.
+    Lamp(usize, Kind),
+    /// All surfaces of a material, by its number.
+    Material(usize),
+    /// The background's colour, or the factor of what stands in its place.
+    Surround,
+}
+
+/// What has a pass of its own, in the order of the passes from the second on, and the grey that it shines with there,
+/// whatever its own colour is: chances to ask for its light do not depend on that either.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Passes {
-    pub lights: Vec<(usize, Kind, f32)>,
+    pub shiners: Vec<(Shiner, f32)>,
 }
 
 impl Passes {
     /// How many there are, with the one of all the rest.
     pub fn count(&self) -> usize {
-        self.lights.len() + 1
+        self.shiners.len() + 1
+    }
+
+    /// The pass of its own and its grey, if it has one.
+    fn own(&self, shiner: Shiner) -> Option<(u32, f32)> {
+        let place = self.shiners.iter().position(|(one, _)| *one == shiner)?;
+        Some((place as u32 + 1, self.shiners[place].1))
     }
 
     fn of(&self, order: Order, kind: Kind, light: Light) -> Light {
-        let own = self.lights.iter().position(|(index, of, _)| (*index, *of) == (order.0 as usize, kind));
-        own.map_or(light, |i| Light { color: Vec3::splat(self.lights[i].2), pass: i as u32 + 1, ..light })
+        let own = self.own(Shiner::Lamp(order.0 as usize, kind));
+        own.map_or(light, |(pass, grey)| Light { color: Vec3::splat(grey), pass, ..light })
+    }
+
+    /// Gives materials their passes, and what they shine with there.
+    pub fn divide(&self, materials: &mut [Surfacing]) {
+        for (number, material) in materials.iter_mut().enumerate() {
+            if let Some((pass, grey)) = self.own(Shiner::Material(number)) {
+                (material.emission, material.pass) = (Vec3::splat(grey), pass);
+            }
+        }
+    }
+
+    /// Gives what lies around the scene its grey; the pass that it is in.
+    pub fn surround(&self, settings: &mut Render) -> u32 {
+        let Some((pass, grey)) = self.own(Shiner::Surround) else { return 0 };
+        settings.background = DVec3::splat(grey.into());
+        settings.environment_intensity = grey.into();
+        pass
     }
 }
 

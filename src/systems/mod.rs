@@ -31,7 +31,7 @@ pub use before::Past;
 pub use bodies::{Body, affected, body};
 pub use collect::collect;
 pub use hierarchy::update as place;
-pub use lights::Passes;
+pub use lights::{Passes, Shiner};
 pub use render::{Exposure, FrameStats, check, expose, forget, render, sum_of};
 pub use spawn::spawn;
 pub use stage::Stage;

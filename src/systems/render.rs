@@ -16,7 +16,7 @@ use crate::film::{Film, FilterTable, Gather, Tally, denoise};
 use crate::load::image;
 use crate::trace::environment::{Environment, Source};
 use crate::trace::footprint::Footprint;
-use crate::trace::integrator::{self, Guide, Photons, Settings, Share, View};
+use crate::trace::integrator::{self, Guide, Photons, Settings, Share, Shelf, View};
 use crate::trace::lights::Lights;
 use crate::trace::simd::Width;
 use crate::trace::{Accelerator, Counters, Worker};
@@ -42,6 +42,9 @@ pub struct FrameStats {
     /// Passes that the picture is the sum of.
     pub passes: usize,
     pub passes_kept: usize,
+    /// Photon maps that the picture was made with.
+    pub photon_maps: usize,
+    pub photon_maps_kept: usize,
     /// Memory of what is kept for later frames.
     pub reuse_bytes: usize,
 }
@@ -57,6 +60,8 @@ pub struct Exposure {
     pub passes: Passes,
     /// What is kept from picture to picture, and which of them this one is.
     pub still: Option<(Still, usize)>,
+    /// Photons that are kept, and room for more of them.
+    pub shelf: Option<Shelf>,
 }
 
 /// What a frame's first share lays down for all of them.
@@ -153,7 +158,8 @@ pub fn expose(
     hierarchy::update(stage)?;
     let rebuilt = extract::update(stage)?;
     exposure.stats.builds += u32::from(accelerate(stage, rebuilt));
-    let settings = stage.settings();
+    let mut settings = stage.settings();
+    let surround_pass = exposure.passes.surround(&mut settings);
     if exposure.plate.is_none() {
         exposure.stats.seed = settings.seed.unwrap_or_else(|| lens::pose_seed(&stage.camera()));
     }
@@ -165,10 +171,12 @@ pub fn expose(
     let environment = surround(stage, &settings, resolved.follows_paths())?;
     let before = stage.past.as_ref().map(|past| past.seen_from(stage, settings.size));
     let skins = skins::skins(stage)?;
-    let materials = extract::materials(stage);
+    let mut materials = extract::materials(stage);
+    exposure.passes.divide(&mut materials);
     let geometry = &stage.kept.geometry;
     let lights = Lights::new(lights::lights(stage, &exposure.passes), geometry, &materials)
-        .under(environment.as_ref(), geometry);
+        .under(environment.as_ref(), geometry)
+        .surrounded_in(surround_pass);
     let Some((_, accelerator)) = &stage.kept.accelerator else { return Ok(false) };
     let filter = FilterTable::new(settings.filter, settings.filter_width());
     let view = View {
@@ -189,27 +197,39 @@ pub fn expose(
         photons: None,
     };
     let built = Instant::now();
-    let Exposure { plate, stats, guide, still, .. } = exposure;
+    let Exposure { plate, stats, guide, still, shelf, .. } = exposure;
     let plate = plate.get_or_insert_with(|| Plate::new(&settings, &filter, view.passes));
     let turns = settings.turns(share.of);
     for turn in 0..turns {
         let share = Share { index: share.index * turns + turn, of: share.of * turns };
-        let photons = if settings.integrator == Integrator::Photon {
+        let kept = shelf.as_ref().and_then(|shelf| shelf.get(share.index));
+        let sent = if settings.integrator == Integrator::Photon && kept.is_none() {
             let sent = Photons::new(view, share.index, guide.as_ref(), cancel);
             let Some((photons, counters)) = sent else { return Ok(false) };
             stats.counters += counters;
-            guide.get_or_insert_with(|| photons.guide().clone());
             Some(photons)
         } else {
             None
         };
-        let view = View { photons: photons.as_ref(), ..view };
+        let photons = kept.or(sent.as_ref());
+        if let Some(photons) = photons {
+            guide.get_or_insert_with(|| photons.guide().clone());
+            stats.photon_maps += 1;
+            stats.photon_maps_kept += usize::from(kept.is_some());
+        }
+        let view = View { photons, ..view };
         let counters = match still {
             None => tiles(view, share, plate, None, cancel, progress).map(|(counters, _)| counters),
             Some((still, picture)) => stale_tiles(view, plate, still, *picture, stats, cancel, progress),
         };
         let Some(counters) = counters else { return Ok(false) };
         stats.counters += counters;
+        if let Some((shelf, sent)) = shelf.as_mut().zip(sent) {
+            shelf.put(share.index, sent);
+        }
+    }
+    if let Some(shelf) = shelf {
+        stats.reuse_bytes = shelf.bytes();
     }
     stats.tiles = plate.tallies.len() / plate.passes;
     stats.accel = accelerator.name();

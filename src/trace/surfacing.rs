@@ -29,6 +29,8 @@ pub struct Surfacing {
     pub absorption: Vec3,
     /// Radiance.
     pub emission: Vec3,
+    /// The pass that its light is added up in, as that of a lamp.
+    pub pass: u32,
 }
 
 impl From<&Material> for Surfacing {
@@ -57,6 +59,7 @@ impl From<&Material> for Surfacing {
             k: m.k.unwrap_or_default().as_vec3(),
             absorption: m.absorption.as_vec3(),
             emission: m.emission.as_vec3(),
+            pass: 0,
         }
     }
 }

@@ -20,7 +20,7 @@ fn pictures(desk: &Desk, folder: &str) -> BTreeMap<String, Vec<u8>> {
 fn same_bytes(desk: &Desk, name: &str, more: &str) -> Run {
     let run = desk.anim(&format!("{name} -o kept/ --stats json {more}")).ok();
     let fresh = desk.anim(&format!("{name} -o fresh/ --no-reuse --threads 1 --stats json {more}")).ok();
-    assert_eq!(sum(&fresh, "tiles_kept") + sum(&fresh, "passes_kept"), 0);
+    assert_eq!(sum(&fresh, "tiles_kept") + sum(&fresh, "passes_kept") + sum(&fresh, "photon_maps_kept"), 0);
     for shard in 1..=2 {
         desk.anim(&format!("{name} -o shards/ --shard {shard}/2 {more}")).ok();
     }
@@ -71,11 +71,97 @@ fn colours_of_lights_cost_one_frame() {
         let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 32x24"));
         // Three passes, traced in the first of six frames.
         assert_eq!((sum(&run, "passes"), sum(&run, "passes_kept")), (18, 15));
+        // A plan counts the passes that are not there any more.
+        let more = format!("--integrator {integrator} --size 32x24");
+        desk.anim(&format!("a.rhai -o out/ {more}")).ok();
+        std::fs::remove_file(desk.path("out/a.0004.png")).unwrap();
+        std::fs::remove_file(desk.path("out/a.0005.png")).unwrap();
+        let plan = desk.anim(&format!("plan a.rhai -o out/ {more}")).ok().stdout;
+        assert!(plan.contains("4 done, 2 missing; 1 to trace"), "{plan}");
+        std::fs::remove_dir_all(desk.path("out")).unwrap();
         // A few of the frames are what they are among all.
         desk.anim(&format!("a.rhai -o some/ --size 32x24 --integrator {integrator} --frames 4,2")).ok();
         desk.anim(&format!("a.rhai -o all/ --size 32x24 --integrator {integrator} --reuse-memory 0")).ok();
         let all = pictures(&desk, "all/");
         assert!(pictures(&desk, "some/").iter().all(|(name, bytes)| all[name] == *bytes));
+    }
+}
+
+/// The room with a lamp of glowing glass, one of brass that glows in some frames, and something bright around it.
+fn glowing(around: &str) -> String {
+    let materials = r#""glow": (emission: (2.0, 1.0, 0.5)), "ember": (model: Conductor, roughness: 0.3),
+        "idle": (emission: (9.0, 9.0, 9.0)),"#;
+    let entities = r#"(sphere: (radius: 0.4), transform: (translation: (-3.0, 2.0, 1.0)), material: "glow"),
+        (aabox: (min: (2.0, 0.0, -1.0), max: (3.0, 1.0, 0.0)), material: "ember"),
+        (cone: (), transform: (translation: (-2.0, 0.0, 3.0)), material: "glow"),"#;
+    ROOM.replace("background: (0.1, 0.1, 0.2)", around)
+        .replace("materials: {", &format!("materials: {{ {materials}"))
+        .replace("entities: [", &format!("entities: [ {entities}"))
+}
+
+#[test]
+fn colours_of_what_glows_and_of_what_lies_around_cost_one_frame() {
+    let desk = Desk::new();
+    let script = |around: &str| {
+        format!(
+            "animation(#{{ scene: \"a.ron\", frames: 5 }});\nfn frame(s, f) {{
+                s.material(\"glow\").emission = [3.0 * f.t, 1, 2.0 - f.t];
+                if f.number > 2 {{ s.material(\"ember\").emission = [f.t, 0.2, 0]; }}
+                s.material(\"idle\").emission = [f.t, 0, 0];
+                if f.number == 4 {{ s.get(\"key\").color = [0.1, 0.7, 0.9]; }}
+                {around}
+            }}"
+        )
+    };
+    let sky = "sky: ((0.2, 0.3, 0.6), (0.5, 0.5, 0.5), (0.1, 0.1, 0.1))";
+    for (around, edit) in [
+        ("background: (0.1, 0.1, 0.2)", "s.render.background = [0.2 * f.t, 0.1, 0.3];"),
+        (sky, "s.render.environment_intensity = 2.0 * f.t;"),
+    ] {
+        desk.write("a.ron", glowing(around)).write("a.rhai", script(edit));
+        for integrator in INTEGRATORS {
+            let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 32x24 --spp 4"));
+            // One for each of what glows, the lamp and the surroundings, and the rest; traced in the first of five.
+            assert_eq!((sum(&run, "passes"), sum(&run, "passes_kept")), (25, 20), "{integrator} {around}");
+        }
+    }
+}
+
+#[test]
+fn a_sum_over_what_glows_is_the_light_of_all_of_it() {
+    let desk = Desk::new();
+    let lit = "s.material(\"glow\").emission = [3, 1, 1]; s.material(\"ember\").emission = [0.5, 0.2, 0];";
+    let sky = "sky: ((0.2, 0.3, 0.6), (0.5, 0.5, 0.5), (0.1, 0.1, 0.1))";
+    for (around, edit) in [
+        ("background: (0.1, 0.1, 0.2)", "s.render.background = [0.3, 0.1, 0.2];"),
+        (sky, "s.render.environment_intensity = 0.5;"),
+    ] {
+        let show = |frames: u32| {
+            format!(
+                "animation(#{{ scene: \"a.ron\", frames: {frames} }});
+                fn frame(s, f) {{ if f.number == 1 {{ {lit} {edit} }} }}"
+            )
+        };
+        // Without what only lucky paths find: caustics, and a cone that shines and cannot be asked.
+        let swap = |scene: String, [from, to]: [&str; 2]| {
+            assert!(scene.contains(from));
+            scene.replace(from, to)
+        };
+        let matt = [
+            ["material: \"glass\"", "material: \"red\""],
+            ["diffuse: 0.2, specular: 0.7, gloss: 0.05", "diffuse: 0.4"],
+            ["(-2.0, 0.0, 3.0)), material: \"glow\"", "(-2.0, 0.0, 3.0)), material: \"red\""],
+        ];
+        let scene = matt.into_iter().fold(glowing(around), swap);
+        desk.write("a.ron", scene).write("sum.rhai", show(2)).write("one.rhai", show(1));
+        for integrator in INTEGRATORS {
+            let more = format!("--integrator {integrator} --size 8x6 --spp 256 --frames 1");
+            desk.anim(&format!("sum.rhai -o sum.png {more}")).ok();
+            desk.anim(&format!("one.rhai -o one.png {more}")).ok();
+            // Lights are chosen by other chances then, and paths are noisy.
+            let tolerance = if integrator == "path" { 0.1 } else { 0.01 };
+            desk.anim(&format!("diff sum.png one.png --tolerance {tolerance}")).ok();
+        }
     }
 }
 
@@ -112,6 +198,35 @@ fn a_body_that_moves_costs_the_tiles_that_see_it() {
     }
 }
 
+#[test]
+fn photons_are_sent_once_while_only_the_camera_or_the_film_changes() {
+    let desk = Desk::new();
+    let script = r#"animation(#{ scene: "a.ron", frames: 7 });
+        fn frame(s, f) {
+            s.camera.from = [0.3 * f.index, 3, 8];
+            if f.number == 2 { s.camera.aperture = 0.2; s.camera.focus_distance = 7.0; }
+            if f.number == 3 { s.render.exposure = 1.0; s.render.filter = "Gaussian"; }
+            if f.number > 4 { s.material("red").color = [0.1, 0.8, 0.1]; }
+            if f.number > 6 { s.get("key").color = [0.1, 0.8, 0.1]; }
+        }"#;
+    desk.write("a.ron", ROOM.replace("max_depth", "photons: 1000, photon_passes: 3, max_depth"));
+    let more = "--integrator photon --size 16x12 --spp 4";
+    // Frames 1 to 4 and 5 to 6 see the same light; with a shutter each moment has maps of its own.
+    for (shutter, maps) in [("", 3), ("s.camera.shutter = [0.0, 0.5]; s.render.shutter_slices = 2;", 2)] {
+        desk.write("a.rhai", script.replace("s.camera.from", &format!("{shutter} s.camera.from")));
+        let run = same_bytes(&desk, "a.rhai", more);
+        assert_eq!((sum(&run, "photon_maps"), sum(&run, "photon_maps_kept")), (7 * maps, 4 * maps));
+        assert!(sum(&run, "reuse_bytes") > 0);
+        let none = desk.anim(&format!("a.rhai -o none/ --stats json --reuse-memory 0 {more}")).ok();
+        assert_eq!((sum(&none, "photon_maps_kept"), sum(&none, "reuse_bytes")), (0, 0));
+        std::fs::remove_dir_all(desk.path("none")).unwrap();
+    }
+    let plan = desk.anim(&format!("plan a.rhai --json {more}")).ok();
+    let words: Vec<serde_json::Value> = plan.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let words: Vec<&str> = words.iter().map(|line| line["reuse"].as_str().unwrap()).collect();
+    assert_eq!(words, ["none", "photons", "photons", "photons", "none", "photons", "none"]);
+}
+
 /// A small generator of its own: scripts of this test are the same everywhere.
 struct Dice(u64);
 
@@ -129,7 +244,7 @@ fn random_script(seed: u64) -> String {
     for frame in 1..=6 {
         for _ in 0..dice.roll(3) {
             let x = dice.roll(40) as f64 / 10.0 - 2.0;
-            let edit = match dice.roll(14) {
+            let edit = match dice.roll(16) {
                 0 | 11 => format!("s.get(\"a\").translation = [{x}, 0.7, 0.5];"),
                 1 | 12 => format!("s.get(\"b\").translation = [{x}, 0.5, 1.5];"),
                 2 => format!("s.get(\"c\").scale = {};", x + 3.0),
@@ -139,7 +254,8 @@ fn random_script(seed: u64) -> String {
                 6 => "s.despawn(s.get(\"c\"));".into(),
                 7 => format!("s.camera.fov = {};", 40.0 + x),
                 8 => format!("s.get(\"fill\").translation = [{x}, 5, 2];"),
-                9 => "s.material(\"red\").emission = [1, 1, 0];".into(),
+                9 => format!("s.material(\"red\").emission = [1, {}, 0];", x.abs()),
+                14 => format!("s.render.background = [0.1, {}, 0.2];", x.abs()),
                 _ => format!("s.get(\"a\").material = \"{}\";", if x > 0.0 { "red" } else { "mirror" }),
             };
             let _ = writeln!(script, "    if f.number == {frame} {{ {edit} }}");

@@ -53,7 +53,7 @@ fn expect(run: Run, none: usize, copy: usize, cache: usize) {
 /// Names and bytes of the pictures in a folder, what is beside them left out.
 fn pictures(desk: &Desk, folder: &str) -> BTreeMap<String, Vec<u8>> {
     let below = |file: &String| file.strip_prefix(folder).map(str::to_string);
-    let files = desk.files().into_iter().filter(|file| file.ends_with(".png"));
+    let files = desk.files().into_iter().filter(|file| file.ends_with(".png") || file.ends_with(".exr"));
     files.filter_map(|file| Some((below(&file)?, desk.read(&file)))).collect()
 }
 
@@ -143,6 +143,32 @@ fn a_plan_says_what_is_there_and_what_changes() {
     expect(desk.anim("a.rhai -o out --stats json"), 4, 0, 8);
     desk.anim("a.rhai -o fresh").ok();
     assert_eq!(pictures(&desk, "out/"), pictures(&desk, "fresh/"));
+}
+
+#[test]
+fn exr_frames_are_kept_copied_and_redone_as_png_frames_are() {
+    let desk = desk();
+    let all = FRAMES as usize;
+    let run = |folder: &str| desk.anim(&format!("a.rhai -o {folder}/f.####.exr --stats json --aovs depth"));
+    expect(run("out"), DIFFERENT, all - DIFFERENT, 0);
+    let first = pictures(&desk, "out/");
+    for manifest in [true, false] {
+        if !manifest {
+            std::fs::remove_file(desk.path("out/.anim-manifest.jsonl")).unwrap();
+        }
+        std::fs::remove_file(desk.path("out/f.0011.exr")).unwrap();
+        let half = first["f.0002.exr"][..first["f.0002.exr"].len() / 2].to_vec();
+        desk.write("out/f.0002.exr", half);
+        desk.write("out/f.0003.exr", "");
+        desk.write("out/f.0004.exr", first["f.0005.exr"].clone());
+        desk.write("out/f.0012.exr", "not a picture");
+        expect(run("out"), 3, 2, all - 5);
+        assert_eq!(pictures(&desk, "out/"), first);
+    }
+    for frame in 9..=FRAMES {
+        desk.anim(&format!("a.rhai -o alone/f.####.exr --frames {frame} --threads 1 --aovs depth")).ok();
+    }
+    assert!(pictures(&desk, "alone/").iter().all(|(name, bytes)| first[name] == *bytes));
 }
 
 #[test]
@@ -238,6 +264,16 @@ fn two_runs_of_the_same_frames_do_each_other_no_harm() {
     assert_eq!(pictures(&desk, "out/"), pictures(&desk, "fresh/"));
     assert!(strays(&desk).is_empty());
     expect(desk.anim("a.rhai -o out --stats json"), 0, 0, FRAMES as usize);
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_to_is_found_out_before_the_first_frame_is_rendered() {
+    let desk = desk();
+    let run = desk.anim("a.rhai -o a.ron/frames/ --progress json --spp 4096 --size 4000x4000");
+    let said = ["cannot write a.ron/frames/a.0001.png: "];
+    let run = run.fails(5, &said);
+    assert!(!run.stderr.contains(".anim-tmp") && !run.stderr.contains("done"), "{}", run.stderr);
+    assert_eq!(desk.files(), ["a.rhai", "a.ron"]);
 }
 
 #[test]

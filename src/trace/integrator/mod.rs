@@ -36,7 +36,7 @@ use crate::base::random::combine;
 use crate::components::{Fresnel, Integrator, Render, Shadows};
 use crate::film::{FilterTable, Tally};
 pub use adaptive::Noise;
-pub use photon::{Guide, Photons};
+pub use photon::{Guide, Photons, Shelf};
 pub use wave::Buffers;
 use wave::Lot;
 
@@ -196,7 +196,7 @@ const BATCH: usize = 2048;
 /// Of the samples of a round only a share is taken; where that is not the whole, all pixels get all rounds, so that
 /// shares stay equal.
 ///
-/// There is a tally for each pass; all but the light of lamps that have a pass of their own goes into the first.
+/// There is a tally for each pass; all but the light of what has a pass of its own goes into the first.
 pub fn expose(view: View, places: &[[u32; 2]], share: Share, tallies: &mut [Tally], worker: &mut Worker) {
     let mut active: Vec<u32> = (0..places.len() as u32).collect();
     for round in 0..view.settings.rounds {

@@ -144,7 +144,8 @@ fn shining(view: View, met: &Encounter, law: &Law, shadows: &mut [Shadows]) {
         let ray = Ray { origin: surface.leave(light.direction), direction: light.direction, t_max: light.distance };
         let shown = surface.terminator(light.direction);
         let gain = errand.weight * (value.max(Vec3::ZERO) * light.gain * shown);
-        shadows[lamps].push(view, ray, light.target, errand.sample, gain);
+        let sample = place(errand.sample, view.lights.pass(light.light));
+        shadows[lamps].push(view, ray, light.target, sample, gain);
     }
 }
 

@@ -260,13 +260,13 @@ fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
         if path && errand.seeks != Seeks::Unsent {
             path::cross_lamps(view, &Ray { t_max: met, ..*ray }, &errand, depth == 1, colors);
         }
-        let color = &mut colors[errand.sample as usize];
         if errand.medium != CLEAR {
             errand.weight *= view.materials[errand.medium as usize].left_after(met);
             kept.weight = errand.weight;
         }
         let Some(hit) = hit else {
-            *color += errand.weight * sky(view, ray.direction, &errand);
+            let place = place(errand.sample, view.lights.surround_pass());
+            colors[place as usize] += errand.weight * sky(view, ray.direction, &errand);
             continue;
         };
         if side_by_side {
@@ -293,7 +293,8 @@ fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
             };
             // Photons come from where light is asked for.
             if errand.seeks != Seeks::Unsent || asked == 0.0 {
-                *color += errand.weight * (material.emission * found(errand.pdf, asked));
+                let place = place(errand.sample, material.pass);
+                colors[place as usize] += errand.weight * (material.emission * found(errand.pdf, asked));
             }
         }
         let front = ray.direction.dot(surface.geometric_normal) < 0.0;

@@ -18,6 +18,8 @@ pub struct Emitter {
     pub primitive: u32,
     pub element: u32,
     pub radiance: Vec3,
+    /// As that of its material.
+    pub pass: u32,
     sides: Sides,
     shape: Shape,
 }
@@ -56,8 +58,8 @@ pub fn emitters(geometry: &Geometry, materials: &[Surfacing]) -> Vec<Emitter> {
     }
     let mut add = |primitive: u32, element: u32, shape: Shape| {
         let tag = geometry.tag(primitive);
-        let radiance = materials[tag.material as usize].emission;
-        let emitter = Emitter { primitive, element, radiance, sides: tag.sides, shape };
+        let Surfacing { emission: radiance, pass, .. } = materials[tag.material as usize];
+        let emitter = Emitter { primitive, element, radiance, pass, sides: tag.sides, shape };
         if radiance != Vec3::ZERO && emitter.area() > 0.0 && found.len() < limits::EMITTERS {
             found.push(emitter);
         }

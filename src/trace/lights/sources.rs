@@ -33,6 +33,8 @@ pub struct Lights {
     first_instance: u32,
     /// What lies around the scene, and the chance that it is asked.
     pub(super) sky: Option<(Environment, f32)>,
+    /// The pass of what lies around the scene, sampled or not.
+    surround_pass: u32,
 }
 
 /// Least chance of either, where there is a sky and something else that shines.
@@ -100,6 +102,7 @@ impl Lights {
             emitters,
             first_instance: geometry.range(Kind::Instance).start,
             sky: None,
+            surround_pass: 0,
         }
     }
 
@@ -115,6 +118,17 @@ impl Lights {
         };
         self.sky = Some((sky.clone(), chance));
         self
+    }
+
+    /// The same lights, the light of what lies around the scene in a pass of its own.
+    pub fn surrounded_in(self, pass: u32) -> Self {
+        Lights { surround_pass: pass, ..self }
+    }
+
+    /// The pass of what lies around the scene.
+    #[inline]
+    pub fn surround_pass(&self) -> u32 {
+        self.surround_pass
     }
 
     pub fn lamps(&self) -> &[Light] {
@@ -202,7 +216,11 @@ impl Lights {
     /// The pass of a light by its number.
     #[inline]
     pub fn pass(&self, light: u32) -> u32 {
-        self.lamps.get(light as usize).map_or(0, |lamp| lamp.pass)
+        let light = light as usize;
+        if let Some(lamp) = self.lamps.get(light) {
+            return lamp.pass;
+        }
+        self.emitters.get(light - self.lamps.len()).map_or(self.surround_pass, |emitter| emitter.pass)
     }
 
     /// Every lamp that a ray crosses before it ends: radiance, distance, density of [`Self::sample`], and its pass.

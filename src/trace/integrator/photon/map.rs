@@ -75,6 +75,11 @@ impl PhotonMap {
         map
     }
 
+    /// Memory that it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.starts) + size_of_val(&*self.photons)
+    }
+
     fn cell(&self, p: Vec3) -> [i32; 3] {
         (p * (0.5 / self.radius)).floor().to_array().map(|x| x as i32)
     }

@@ -8,9 +8,10 @@
 //! caustics are spread farther where they are few, by what the first pass has seen.
 //!
 //! What sends no photons is left to the paths, which then go on: the sky, and lamps that do not fall off. Photons know
-//! nothing of the camera: they stand still while it moves.
+//! nothing of the camera: they stand still while it moves, and [`Shelf`] keeps them.
 
 mod map;
+mod shelf;
 mod shoot;
 
 use std::sync::Arc;
@@ -30,6 +31,7 @@ use crate::trace::geometry::Kind;
 use crate::trace::lights::{Light, Lights};
 use crate::trace::sampler::Domain;
 use map::{Photon, PhotonMap, REACHES, shrinking, spacing};
+pub use shelf::Shelf;
 use shoot::{Landed, shoot};
 
 /// Photons that a disk of the first radius holds, where they lie as densely as at the median of them.
@@ -111,6 +113,11 @@ impl Photons {
 
     pub fn guide(&self) -> &Guide {
         &self.guide
+    }
+
+    /// Memory that it takes, without the guide.
+    fn bytes(&self) -> usize {
+        self.caustic.iter().chain([&self.diffuse]).map(PhotonMap::bytes).sum()
     }
 
     /// Lights that send no photons.

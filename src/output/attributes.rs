@@ -1,0 +1,117 @@
+//! The header of an EXR file as bytes: the same picture with other notes.
+//!
+//! (OpenEXR file layout: magic number and version; attributes of name, type, length and value, behind the last of them a
+//! zero; the places of all blocks, counted from the start of the file; the blocks.)
+
+use super::png::Notes;
+
+/// Magic number, and version 2 of a plain picture: one part of scan lines with short names.
+const START: [u8; 8] = [0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0];
+
+/// Where the notes lie in a file, and what lies behind the header.
+struct Layout {
+    /// The length of the notes, before their text.
+    length: usize,
+    /// Behind the text.
+    end: usize,
+    /// The places of the blocks, and the first block.
+    table: usize,
+    blocks: usize,
+}
+
+/// The bytes up to the next zero, and where it goes on behind that.
+fn word(bytes: &[u8], from: usize) -> Option<(&[u8], usize)> {
+    let rest = bytes.get(from..)?;
+    let length = rest.iter().position(|byte| *byte == 0)?;
+    Some((&rest[..length], from + length + 1))
+}
+
+fn layout(bytes: &[u8]) -> Option<Layout> {
+    if !bytes.starts_with(&START) {
+        return None;
+    }
+    let (mut at, mut notes) = (START.len(), None);
+    loop {
+        let (name, behind) = word(bytes, at)?;
+        if name.is_empty() {
+            at = behind;
+            break;
+        }
+        let (kind, length) = word(bytes, behind)?;
+        let size = u32::from_le_bytes(*bytes.get(length..)?.first_chunk()?);
+        at = (length + 4).checked_add(size as usize)?;
+        if name == b"comments" && kind == b"string" {
+            notes = Some((length, at));
+        }
+    }
+    let (length, end) = notes?;
+    // The blocks begin where their places end.
+    let blocks = usize::try_from(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?)).ok()?;
+    let is_table = blocks > at && (blocks - at) % 8 == 0 && blocks <= bytes.len();
+    is_table.then_some(Layout { length, end, table: at, blocks })
+}
+
+/// The notes as the text of the attribute.
+pub fn text_of(notes: &Notes) -> String {
+    let lines: Vec<String> = notes.iter().map(|(keyword, text)| format!("{keyword}: {text}")).collect();
+    lines.join("\n")
+}
+
+/// The same picture with other values of some of its notes: to the byte what encoding it with those would give.
+///
+/// `None` if it is not a plain picture with such notes. Whether its blocks are whole is for others to see.
+pub fn with_notes(bytes: &[u8], notes: &Notes, changed: &Notes) -> Option<Vec<u8>> {
+    let Layout { length, end, table, blocks } = layout(bytes)?;
+    if bytes.get(length + 4..end)? != text_of(notes).as_bytes() {
+        return None;
+    }
+    let mut notes = notes.clone();
+    for (keyword, text) in &mut notes {
+        if let Some((_, other)) = changed.iter().find(|(known, _)| known == keyword) {
+            text.clone_from(other);
+        }
+    }
+    let text = text_of(&notes);
+    let moved = (text.len() as u64).wrapping_sub((end - length - 4) as u64);
+    let mut out = bytes[..length].to_vec();
+    out.extend(u32::try_from(text.len()).ok()?.to_le_bytes());
+    out.extend(text.as_bytes());
+    out.extend(&bytes[end..table]);
+    for place in bytes[table..blocks].chunks_exact(8) {
+        let place = u64::from_le_bytes(*place.first_chunk()?);
+        out.extend(place.wrapping_add(moved).to_le_bytes());
+    }
+    out.extend(&bytes[blocks..]);
+    Some(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::components::{Aov, Render};
+    use crate::film::Film;
+    use crate::output::{encode_exr, read_exr_header};
+
+    #[test]
+    fn a_picture_with_other_notes_is_what_encoding_it_gives() {
+        let mut film = Film { pixels: (0..3200).map(|i| [i as f32 / 1200.0, 0.3, 0.1]).collect(), ..Film::new(40, 80) };
+        film.layers.make_room_for_features(3200);
+        let notes = |n: &str| -> Notes {
+            let note = |keyword: &str, text: &str| (keyword.to_string(), text.to_string());
+            vec![note("Source", "\u{e4}.rhai"), note("Frame", n), note("Frames", "9")]
+        };
+        for (bit_depth, aovs) in [(16, vec![]), (32, vec![Aov::Depth, Aov::Normal])] {
+            let render = Render { bit_depth, aovs, ..Render::default() };
+            let [one, other] = ["1", "123"].map(|n| encode_exr(&film, &render, &notes(n)).unwrap());
+            let changed = vec![("Frame".into(), "123".into())];
+            assert!(with_notes(&one, &notes("1"), &changed) == Some(other.clone()));
+            assert!(with_notes(&other, &notes("123"), &vec![("Frame".into(), "1".into())]) == Some(one.clone()));
+            assert_eq!(read_exr_header(&one).unwrap().notes, notes("1"));
+            assert_eq!(with_notes(&one, &notes("2"), &changed), None);
+            for cut in 0..one.len().min(600) {
+                let _ = with_notes(&one[..cut], &notes("1"), &changed);
+            }
+        }
+        assert_eq!(with_notes(b"", &notes("1"), &notes("2")), None);
+    }
+}
