@@ -48,8 +48,8 @@ struct Window {
     still: Still,
 }
 
-/// Share of the tiles that are traced in later frames of a window, above which noting what rays cross costs too much.
-const WORTHWHILE: f64 = 0.6;
+/// Share of the samples that are traced in later frames of a window, above which noting what rays cross costs too much.
+const WORTHWHILE: f64 = 0.85;
 
 impl Keeper {
     pub fn new(policy: Policy) -> Self {
@@ -147,7 +147,7 @@ fn look_ahead(shot: &mut Shot, run: &[Vec<&Planned>], index: usize, memory: u64)
     let Some(bodies) = bodies_in(input, stage, &frames) else { return (None, end) };
     while end >= index + 2 {
         if let Some(scenes) = Scenes::new(&bodies[..end - index], limits::STILL_BOXES) {
-            return (Some(Window { first: index, end, still: Still::new(scenes, base.size) }), end);
+            return (Some(Window { first: index, end, still: Still::new(scenes, memory << 20) }), end);
         }
         end = index + (end - index) / 2;
     }

@@ -10,7 +10,7 @@ use super::stage::{Order, Stage, get};
 use crate::base::digest::{Digest, Hasher};
 use crate::components::content::{feed_component, feed_record};
 use crate::components::*;
-use crate::trace::geometry::Bounds;
+use crate::trace::footprint::Place;
 
 /// What an entity is to rays.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,7 +19,7 @@ pub enum Body {
     Nothing,
     Bounded {
         digest: Digest,
-        bounds: Bounds,
+        place: Place,
         /// Address of its mesh: how a mesh is traced depends on how many share it.
         mesh: Option<usize>,
     },
@@ -33,7 +33,7 @@ pub fn body(stage: &Stage, index: usize) -> Body {
     let placement = stage.world.get::<&Placement>(entity).map_or(DAffine3::IDENTITY, |p| p.0);
     let mut hasher = Hasher::default();
     placement.to_cols_array().into_iter().for_each(|x| hasher.number(x));
-    let (mut corners, mut mesh): (Option<[DVec3; 2]>, _) = (None, None);
+    let (mut place, mut mesh): (Option<Place>, _) = (None, None);
     for component in Kind::ALL.iter().filter_map(|kind| get(&stage.world, entity, *kind)) {
         feed_component(&component, |_| true, &mut hasher, &mut |_, _| {});
         match &component {
@@ -52,15 +52,13 @@ pub fn body(stage: &Stage, index: usize) -> Body {
             }
             _ => {}
         }
-        if let Some([low, high]) = extent(&component) {
-            let [a, b] = corners.unwrap_or([low, high]);
-            corners = Some([a.min(low), b.max(high)]);
+        if has_surface(&component) {
+            let turned = placement.matrix3.transpose();
+            let reach = |d: DVec3| farthest(&component, turned * d) + placement.translation.dot(d);
+            place = Some(place.unwrap_or_default().union(Place::new(reach)));
         }
     }
-    let Some([low, high]) = corners else { return Body::Nothing };
-    let corner = |i: usize| DVec3::from_array(std::array::from_fn(|axis| [low, high][i >> axis & 1][axis]));
-    let all: [_; 8] = std::array::from_fn(|i| placement.transform_point3(corner(i)).as_vec3());
-    Body::Bounded { digest: hasher.finish(), bounds: Bounds::around(&all), mesh }
+    place.map_or(Body::Nothing, |place| Body::Bounded { digest: hasher.finish(), place, mesh })
 }
 
 /// Whether surfaces of the material are lights to others.
@@ -68,33 +66,44 @@ fn shines(material: &Material) -> bool {
     material.emission != DVec3::ZERO
 }
 
-/// Lower and upper corner of a shape in its local space.
-fn extent(component: &Component) -> Option<[DVec3; 2]> {
-    let around = |points: &[DVec3], by: f64| {
-        let low = points.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
-        let high = points.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
-        Some([low - by, high + by])
-    };
+/// Whether it is a shape of finite size.
+fn has_surface(component: &Component) -> bool {
     match component {
-        Component::Sphere(sphere) => around(&[sphere.center], sphere.radius.abs()),
-        Component::Triangle(triangle) => around(&triangle.vertices, 0.0),
-        Component::AABox(shape) => around(&[shape.min, shape.max], 0.0),
-        Component::Cylinder(shape) => around(&[shape.base, shape.apex], shape.radius.abs()),
-        Component::Cone(shape) => {
-            around(&[shape.base, shape.apex], shape.base_radius.abs().max(shape.apex_radius.abs()))
-        }
-        Component::Mesh(mesh) if mesh.data.vertices.is_empty() => None,
-        Component::Mesh(mesh) => {
-            let bounds = Bounds::around(&mesh.data.vertices);
-            Some([bounds.min.as_dvec3(), bounds.max.as_dvec3()])
-        }
+        Component::Mesh(mesh) => !mesh.data.vertices.is_empty(),
+        Component::Sphere(_)
+        | Component::Triangle(_)
+        | Component::AABox(_)
+        | Component::Cylinder(_)
+        | Component::Cone(_) => true,
         Component::Plane(_)
         | Component::Transform(_)
         | Component::Motion(_)
         | Component::MaterialName(_)
         | Component::Texture(_)
         | Component::PointLight(_)
-        | Component::AreaLight(_) => None,
+        | Component::AreaLight(_) => false,
+    }
+}
+
+/// The greatest product of a point of a shape and a direction of any length, in its local space.
+fn farthest(component: &Component, along: DVec3) -> f64 {
+    let of_box = |[min, max]: [DVec3; 2]| (min * along).max(max * along).element_sum();
+    let of_disks = |ends: [(DVec3, f64); 2]| {
+        let axis = (ends[1].0 - ends[0].0).normalize_or_zero();
+        let across = (along - axis * along.dot(axis)).length();
+        ends.into_iter().map(|(center, radius)| center.dot(along) + radius.abs() * across).fold(f64::NEG_INFINITY, f64::max)
+    };
+    match component {
+        Component::Sphere(shape) => shape.center.dot(along) + shape.radius.abs() * along.length(),
+        Component::Triangle(shape) => shape.vertices.iter().map(|v| v.dot(along)).fold(f64::NEG_INFINITY, f64::max),
+        Component::AABox(shape) => of_box([shape.min.min(shape.max), shape.max.max(shape.min)]),
+        Component::Cylinder(shape) => of_disks([(shape.base, shape.radius), (shape.apex, shape.radius)]),
+        Component::Cone(shape) => of_disks([(shape.base, shape.base_radius), (shape.apex, shape.apex_radius)]),
+        Component::Mesh(mesh) => {
+            let boxes = mesh.data.boxes().iter().map(|corners| of_box(corners.map(|corner| corner.as_dvec3())));
+            boxes.fold(f64::NEG_INFINITY, f64::max)
+        }
+        _ => f64::NEG_INFINITY,
     }
 }
 

@@ -11,6 +11,7 @@
 //! direction, chosen at random; [`photon`] reads indirect light from photons instead. No contribution is cut off for being small.
 
 mod adaptive;
+mod again;
 mod feature;
 mod path;
 mod photon;
@@ -22,7 +23,7 @@ use glam::Vec3;
 use super::before::Before;
 use super::camera::CameraRays;
 use super::environment::Environment;
-use super::footprint::Boxes;
+use super::footprint::Lookout;
 use super::lights::Lights;
 use super::sampler::{Domain, Node, Sampler};
 use super::surfacing::Surfacing;
@@ -32,6 +33,7 @@ use crate::base::random::combine;
 use crate::components::{Fresnel, Integrator, Render, Shadows};
 use crate::film::{FilterTable, Tally};
 pub use adaptive::Noise;
+pub use again::expose_again;
 pub use photon::{Guide, Photons};
 pub use wave::Buffers;
 use wave::Lot;
@@ -143,7 +145,7 @@ pub struct View<'a> {
     /// Passes that lights are divided into, 1 at least.
     pub passes: usize,
     /// Places that are noted where rays cross them.
-    pub boxes: Option<&'a Boxes>,
+    pub lookout: Option<Lookout<'a>>,
     /// What a pass of photon mapping knows of the light.
     pub photons: Option<&'a Photons>,
 }
@@ -192,7 +194,18 @@ const BATCH: usize = 2048;
 ///
 /// There is a tally for each pass; all but the light of lamps that have a pass of their own goes into the first.
 pub fn expose(view: View, places: &[[u32; 2]], share: Share, tallies: &mut [Tally], worker: &mut Worker) {
-    let mut active: Vec<u32> = (0..places.len() as u32).collect();
+    expose_pixels(view, places, (0..places.len() as u32).collect(), share, tallies, worker);
+}
+
+/// As [`expose`], of some of the pixels: all of a block, where noise decides about rounds.
+fn expose_pixels(
+    view: View,
+    places: &[[u32; 2]],
+    mut active: Vec<u32>,
+    share: Share,
+    tallies: &mut [Tally],
+    worker: &mut Worker,
+) {
     for round in 0..view.settings.rounds {
         if let Some(noise) = view.settings.noise.filter(|_| round > 0 && share == Share::WHOLE) {
             noise.retain_noisy(places, &tallies[0], &mut active);
@@ -216,10 +229,8 @@ struct Picked<'a> {
 /// Adds a share of one round of samples to the active pixels.
 fn sample(view: View, picked: Picked, tallies: &mut [Tally], worker: &mut Worker) {
     let Picked { round, share, places, active } = picked;
-    let strata = view.settings.strata;
     let seed = if round == 0 { view.settings.seed } else { combine(view.settings.seed, round.into()) };
     let mut buffers = std::mem::take(&mut worker.waves);
-    let cone = Cone { width: 0.0, spread: view.camera.spread() / strata as f32 };
     let mut work = active.iter().flat_map(|pixel| {
         let mut sampler = view.settings.sampler(seed, places[*pixel as usize], view.width);
         share.samples(&sampler).map(move |sample| {
@@ -234,17 +245,7 @@ fn sample(view: View, picked: Picked, tallies: &mut [Tally], worker: &mut Worker
         if batch.is_empty() {
             break;
         }
-        buffers.begin(batch.len(), view.passes, view.settings.features);
-        for (pixel, sampler) in &batch {
-            let [x, y] = places[*pixel];
-            let square = if strata == 1 { [0.5; 2] } else { sampler.in_own_cell(Node::CAMERA, Domain::Pixel) };
-            let (offset, weight) = view.filter.sample(square);
-            let [dx, dy] = offset.map(|x| x - 0.5);
-            let lot = Lot { weight, off_center: dx * dx + dy * dy };
-            buffers.start(view.camera.ray(x, y, offset, sampler), *sampler, cone, lot);
-        }
-        worker.counters.primary_rays += batch.len() as u64;
-        wave::trace(view, &mut buffers, worker);
+        trace_batch(view, batch.iter().map(|(pixel, sampler)| (places[*pixel], *sampler)), &mut buffers, worker);
         for (i, (pixel, _)) in batch.iter().enumerate() {
             let (pixel, lot) = (*pixel, buffers.lots[i]);
             for (pass, tally) in tallies.iter_mut().enumerate() {
@@ -253,9 +254,41 @@ fn sample(view: View, picked: Picked, tallies: &mut [Tally], worker: &mut Worker
             if view.settings.features {
                 tallies[0].add_feature(pixel, buffers.features[i].as_ref(), lot.off_center);
             }
+            if view.lookout.is_some() {
+                worker.footprint.put_down(i, pixel);
+            }
         }
     }
     worker.waves = buffers;
+}
+
+/// Traces samples of pixels, [`BATCH`] at most.
+fn trace_batch(
+    view: View,
+    batch: impl ExactSizeIterator<Item = ([u32; 2], Sampler)>,
+    buffers: &mut Buffers,
+    worker: &mut Worker,
+) {
+    let count = batch.len();
+    let cone = Cone { width: 0.0, spread: view.camera.spread() / view.settings.strata as f32 };
+    buffers.begin(count, view.passes, view.settings.features);
+    if view.lookout.is_some() {
+        worker.footprint.begin(count);
+    }
+    for ([x, y], sampler) in batch {
+        let (offset, weight) = place_in_pixel(view, &sampler);
+        let [dx, dy] = offset.map(|x| x - 0.5);
+        let lot = Lot { weight, off_center: dx * dx + dy * dy };
+        buffers.start(view.camera.ray(x, y, offset, &sampler), sampler, cone, lot);
+    }
+    worker.counters.primary_rays += count as u64;
+    wave::trace(view, buffers, worker);
+}
+
+/// Where in and around its pixel a sample lies, from the top left corner, and its weight.
+fn place_in_pixel(view: View, sampler: &Sampler) -> ([f32; 2], f32) {
+    let square = if view.settings.strata == 1 { [0.5; 2] } else { sampler.in_own_cell(Node::CAMERA, Domain::Pixel) };
+    view.filter.sample(square)
 }
 
 #[cfg(test)]
