@@ -91,7 +91,9 @@ fn farthest(component: &Component, along: DVec3) -> f64 {
     let of_disks = |ends: [(DVec3, f64); 2]| {
         let axis = (ends[1].0 - ends[0].0).normalize_or_zero();
         let across = (along - axis * along.dot(axis)).length();
-        ends.into_iter().map(|(center, radius)| center.dot(along) + radius.abs() * across).fold(f64::NEG_INFINITY, f64::max)
+        ends.into_iter()
+            .map(|(center, radius)| center.dot(along) + radius.abs() * across)
+            .fold(f64::NEG_INFINITY, f64::max)
     };
     match component {
         Component::Sphere(shape) => shape.center.dot(along) + shape.radius.abs() * along.length(),
@@ -137,4 +139,66 @@ pub fn affected(stage: &Stage, edits: &[Edit]) -> Option<BTreeSet<usize>> {
         open.extend(children.filter(|child| found.insert(**child)));
     }
     Some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points of a shape, some of them at its rim.
+    fn points(component: &Component) -> Vec<DVec3> {
+        let around = |center: DVec3, a: DVec3, b: DVec3| {
+            (0..72).map(move |i| {
+                let (sin, cos) = crate::base::math::sin_cos_degrees(f64::from(i) * 5.0);
+                center + a * cos + b * sin
+            })
+        };
+        match component {
+            Component::Sphere(s) => {
+                let rings = [(DVec3::X, DVec3::Y), (DVec3::X, DVec3::Z), (DVec3::Y, DVec3::Z)];
+                rings.into_iter().flat_map(|(a, b)| around(s.center, a * s.radius, b * s.radius)).collect()
+            }
+            Component::Cone(s) => {
+                let (a, b) = (s.apex - s.base).normalize().any_orthonormal_pair();
+                let ring = |center, radius| around(center, a * radius, b * radius);
+                ring(s.base, s.base_radius).chain(ring(s.apex, s.apex_radius)).collect()
+            }
+            Component::AABox(s) => {
+                let corner =
+                    |i: usize| DVec3::from_array(std::array::from_fn(|axis| [s.min, s.max][i >> axis & 1][axis]));
+                (0..8).map(corner).collect()
+            }
+            Component::Triangle(s) => s.vertices.to_vec(),
+            Component::Mesh(mesh) => mesh.data.vertices.iter().map(|v| v.as_dvec3()).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    #[test]
+    fn shapes_reach_as_far_as_their_farthest_points() {
+        let vertex = |i: u32| {
+            let t = f64::from(i);
+            (DVec3::new(libm::cos(t), libm::sin(t * 1.7), libm::cos(t * 2.3)) * 3.0).as_vec3()
+        };
+        let data = MeshData::new((0..3_000).map(vertex).collect(), vec![[0, 1, 2]], Vec::new());
+        assert!(data.boxes().len() < 1_728, "{}", data.boxes().len());
+        let (base, apex) = (DVec3::new(0.2, -1.0, 0.3), DVec3::new(-0.4, 1.0, 0.9));
+        let shapes = [
+            (Component::Sphere(Sphere { center: DVec3::new(1.0, -2.0, 0.5), radius: 0.7 }), 0.01),
+            (Component::Cone(Cone { base, apex, base_radius: 0.8, apex_radius: 0.3, capped: true }), 0.01),
+            (Component::AABox(AABox { min: -DVec3::ONE, max: DVec3::new(0.5, 2.0, 0.1) }), 1e-9),
+            (Component::Triangle(Triangle { vertices: [base, apex, DVec3::X], ..Triangle::default() }), 1e-9),
+            (Component::Mesh(Mesh { data: Arc::new(data), ..Mesh::default() }), 0.9),
+        ];
+        for (shape, slack) in shapes {
+            assert!(has_surface(&shape));
+            for i in 0..40 {
+                let t = f64::from(i);
+                let along = DVec3::new(libm::sin(t), libm::cos(t * 1.3), libm::sin(t * 0.7 + 1.0));
+                let found = points(&shape).into_iter().map(|p| p.dot(along)).fold(f64::NEG_INFINITY, f64::max);
+                let most = farthest(&shape, along);
+                assert!(found <= most + 1e-9 && most < found + slack, "{shape:?} {along} {found} {most}");
+            }
+        }
+    }
 }

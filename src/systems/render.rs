@@ -15,10 +15,8 @@ use crate::components::{Integrator, Render, Transfer};
 use crate::film::{Film, FilterTable, Gather, Tally, denoise};
 use crate::load::image;
 use crate::trace::environment::{Environment, Source};
-use crate::trace::footprint::Lookout;
 use crate::trace::integrator::{self, Guide, Photons, Settings, Share, View};
 use crate::trace::lights::Lights;
-use crate::trace::simd::Width;
 use crate::trace::{Accelerator, Counters, Worker};
 
 /// Side of a tile in pixels: small enough to share out evenly, large enough for neighbours to share cells.
@@ -285,13 +283,14 @@ fn stale_tiles(
 ) -> Option<Counters> {
     let settings = view.settings;
     let draws = settings.integrator == Integrator::Path || !view.lights.emitters().is_empty();
-    let since = still.begin(picture, view.geometry.bounds(), if draws { view.lights.chances() } else { Vec::new() });
-    let live = still.live(picture);
+    let changes = still.begin(picture, view.geometry.bounds(), if draws { view.lights.chances() } else { Vec::new() });
     let samples = (settings.rounds == 1 && !settings.features).then_some(settings.strata * settings.strata);
-    let Some((boxes, kept)) = still.tiles(&plate.tallies, |tile| places(tile, plate.size).len(), samples) else {
+    let pixels = |tile: usize| places(tile, plate.size).len();
+    if !still.make_room(&plate.tallies, pixels, samples) {
         return tiles(view, Share::WHOLE, plate, cancel, progress);
-    };
-    let view = View { lookout: Some(Lookout { boxes, live, width: Width::detect() }), ..view };
+    }
+    let (lookout, kept) = still.parts(picture);
+    let view = View { lookout: Some(lookout), ..view };
     let size = plate.size;
     let total = plate.tallies.len();
     let done = AtomicUsize::new(0);
@@ -300,7 +299,6 @@ fn stale_tiles(
             return None;
         }
         worker.start_tile();
-        let changes = since.at(kept.trail.origins());
         let again =
             integrator::expose_again(view, &places(index, size), &changes, &mut kept.trail, &mut kept.tally, worker);
         tally.clone_from(&kept.tally);

@@ -1,11 +1,14 @@
 //! What is kept of pictures while the camera stands still: the sums of the tiles, and what their rays touched.
 
+use glam::Vec3;
+
 use super::bodies::Body;
 use crate::base::limits;
 use crate::film::Tally;
 use crate::trace::Geometry;
-use crate::trace::footprint::{Boxes, Changes, Place, Trail};
+use crate::trace::footprint::{Boxes, Change, Changes, Lookout, Place, Trail};
 use crate::trace::geometry::Bounds;
+use crate::trace::simd::Width;
 
 /// Pictures that differ in bodies alone, as data: where each body is in each of them.
 #[derive(Debug, Default)]
@@ -33,7 +36,7 @@ impl Scenes {
         let count = bodies.first()?.len();
         let mut all: Vec<State> = Vec::new();
         let mut states = vec![vec![None; count]; bodies.len()];
-        for body in 0..count {
+        for body in by_size(bodies) {
             let first_state = all.len();
             let mut known = Vec::new();
             let mut meshes = Vec::new();
@@ -78,6 +81,19 @@ impl Scenes {
     fn pictures(&self) -> usize {
         self.states.len()
     }
+}
+
+/// Numbers of the bodies, the largest first: rays that cross it in all pictures need not be held against the others.
+fn by_size(bodies: &[Vec<Body>]) -> Vec<usize> {
+    let size = |body: &Body| match body {
+        Body::Bounded { place, .. } => place.bounds().size().element_sum(),
+        Body::Nothing | Body::Everywhere => 0.0,
+    };
+    let largest = |body: usize| bodies.iter().map(|all| size(&all[body])).fold(0.0, f32::max);
+    let sizes: Vec<f32> = (0..bodies[0].len()).map(largest).collect();
+    let mut order: Vec<usize> = (0..sizes.len()).collect();
+    order.sort_by(|a, b| sizes[*b].total_cmp(&sizes[*a]));
+    order
 }
 
 /// Places of states by the picture that they first are in, each with others near it.
@@ -131,6 +147,8 @@ pub struct Still {
     tiles: Vec<Kept>,
     /// By picture.
     air: Vec<Option<Air>>,
+    /// The point from which it is measured how far away rays start: the centre of all, at first.
+    middle: Option<Vec3>,
     /// Memory that may be used, in bytes.
     memory: usize,
 }
@@ -138,45 +156,55 @@ pub struct Still {
 impl Still {
     pub fn new(scenes: Scenes, memory: u64) -> Self {
         let air = vec![None; scenes.pictures()];
-        Still { scenes, tiles: Vec::new(), air, memory: usize::try_from(memory).unwrap_or(usize::MAX) }
+        let memory = usize::try_from(memory).unwrap_or(usize::MAX);
+        Still { scenes, tiles: Vec::new(), air, middle: None, memory }
     }
 
-    /// Bits of all states that rays of a picture may be asked about later.
-    pub fn live(&self, picture: usize) -> u64 {
-        (picture + 1..self.scenes.pictures()).fold(0, |bits, later| bits | self.scenes.changes(picture, later))
+    /// What the rays of a picture are to look out for, and the tiles.
+    pub fn parts(&mut self, picture: usize) -> (Lookout<'_>, &mut [Kept]) {
+        let Still { scenes, tiles, middle, .. } = self;
+        let later = picture + 1..scenes.pictures();
+        let live = later.fold(0, |bits, later| bits | scenes.changes(picture, later));
+        let middle = middle.unwrap_or_default();
+        (Lookout { boxes: &scenes.boxes, live, middle, width: Width::detect() }, tiles)
     }
 
     /// Begins a picture: `bounds` are those of its finite primitives, `chances` what lots are drawn by.
-    pub fn begin(&mut self, picture: usize, bounds: Bounds, chances: Vec<f32>) -> Since {
+    pub fn begin(&mut self, picture: usize, bounds: Bounds, chances: Vec<f32>) -> Changes {
+        let middle = *self.middle.get_or_insert(if bounds.is_empty() { Vec3::ZERO } else { bounds.center() });
         let now = Air { bounds, chances };
+        // Where rays start far from all primitives, it matters where these are.
+        let near = |bounds: Bounds| {
+            let off = if bounds.is_empty() { 0.0 } else { bounds.center().distance(middle) };
+            (Geometry::nearness(bounds) * 0.999 - off * 1.001).max(0.0)
+        };
         let since = |then: usize| {
             let before = self.air[then].as_ref().filter(|before| before.chances == now.chances)?;
-            let moved = (before.bounds != now.bounds).then_some([before.bounds, now.bounds]);
-            Some((self.scenes.changes(then, picture), moved))
+            let stands = before.bounds == now.bounds;
+            let near = if stands { f32::INFINITY } else { near(before.bounds).min(near(now.bounds)) };
+            Some(Change { bits: self.scenes.changes(then, picture), near: near * near })
         };
-        let since = Since { picture, pictures: (0..picture).map(since).collect() };
+        let since = (0..picture).map(since).collect();
+        let next = if picture + 1 < self.scenes.pictures() { self.scenes.changes(picture, picture + 1) } else { 0 };
         self.air[picture] = Some(now);
-        since
+        Changes { picture: picture as u8, since, next }
     }
 
-    /// Places and tiles; at first, those without samples of so many a pixel, each of which may be kept if there is
-    /// memory. `None` if there is none even for whole pixels.
-    pub fn tiles(
-        &mut self,
-        empty: &[Tally],
-        pixels: impl Fn(usize) -> usize,
-        samples: Option<u32>,
-    ) -> Option<(&Boxes, &mut [Kept])> {
+    /// Makes room for tiles, if there is none yet: without samples, of so many a pixel, each of which may be kept if
+    /// there is memory. False if there is none even for whole pixels.
+    pub fn make_room(&mut self, empty: &[Tally], pixels: impl Fn(usize) -> usize, samples: Option<u32>) -> bool {
         if self.tiles.is_empty() {
             let bytes = |each: u32| -> usize {
-                let tile = |(i, tally): (usize, &Tally)| tally.bytes() + Trail::bytes(pixels(i), each);
+                let tile =
+                    |(i, tally): (usize, &Tally)| tally.bytes() + size_of::<Kept>() + Trail::bytes(pixels(i), each);
                 empty.iter().enumerate().map(tile).sum()
             };
-            let each = samples.into_iter().chain([0]).find(|each| bytes(*each) <= self.memory)?;
+            let fits = |each: &u32| bytes(*each) <= self.memory;
+            let Some(each) = samples.into_iter().chain([0]).find(fits) else { return false };
             let tile = |(i, tally): (usize, &Tally)| Kept { tally: tally.clone(), trail: Trail::new(pixels(i), each) };
             self.tiles = empty.iter().enumerate().map(tile).collect();
         }
-        Some((&self.scenes.boxes, &mut self.tiles))
+        true
     }
 
     pub fn bytes(&self) -> usize {
@@ -185,35 +213,16 @@ impl Still {
     }
 }
 
-/// What has changed since each picture, as far as it does not depend on the tile.
-pub struct Since {
-    picture: usize,
-    pictures: Vec<Option<(u64, Option<[Bounds; 2]>)>>,
-}
-
-impl Since {
-    /// For a tile whose rays all started in here.
-    pub fn at(&self, origins: Bounds) -> Changes {
-        // Where rays start far from all primitives, it matters where these are.
-        let is_near = |moved: [Bounds; 2]| moved.into_iter().all(|bounds| Geometry::is_near(bounds, origins));
-        let change = |since: &Option<(u64, Option<[Bounds; 2]>)>| {
-            since.and_then(|(bits, moved)| moved.is_none_or(is_near).then_some(bits))
-        };
-        Changes { picture: self.picture as u8, since: self.pictures.iter().map(change).collect() }
-    }
-}
-
 const _: () = assert!(limits::STILL_FRAMES <= u64::BITS as usize);
 
 #[cfg(test)]
 mod tests {
-    use glam::{DVec3, Vec3};
+    use glam::DVec3;
 
     use super::*;
     use crate::base::digest::Digest;
     use crate::trace::Ray;
-    use crate::trace::footprint::{Footprint, Lookout};
-    use crate::trace::simd::Width;
+    use crate::trace::footprint::{Footprint, Mark};
 
     fn ball(x: f32, look: u128) -> Body {
         let center = DVec3::X * f64::from(x);
@@ -227,16 +236,13 @@ mod tests {
         let scenes = Scenes::new(bodies, most).unwrap();
         let mut still = Still::new(scenes, 0);
         let mut footprint = Footprint::default();
-        footprint.begin(1);
-        let lookout = Lookout { boxes: &still.scenes.boxes, live: still.live(0), width: Width::Plain };
-        footprint.add(lookout, &[Ray::new(Vec3::new(x, 9.0, 0.0), Vec3::NEG_Y)], std::iter::once((0, 20.0)));
+        footprint.begin(std::iter::once(Mark::default()));
+        let ray = Ray::new(Vec3::new(x, 9.0, 0.0), Vec3::NEG_Y);
+        footprint.add(still.parts(0).0, &[ray], std::iter::once((0, 20.0)));
         let mut trail = Trail::new(1, 1);
         trail.keep_samples(&[0], &[Vec3::ONE], &footprint, 0);
         still.begin(0, Bounds::default(), Vec::new());
-        let mut is_same = |picture| {
-            let changes = still.begin(picture, Bounds::default(), Vec::new()).at(Bounds::default());
-            trail.stale(&changes).is_empty()
-        };
+        let mut is_same = |picture| trail.stale(&still.begin(picture, Bounds::default(), Vec::new())).is_empty();
         (1..bodies.len()).map(&mut is_same).collect()
     }
 
@@ -282,13 +288,20 @@ mod tests {
 
     #[test]
     fn other_lots_or_a_start_from_far_away_change_everything() {
-        let mut still = Still::new(Scenes::new(&[vec![ball(0.0, 1)], vec![ball(1.0, 1)], vec![ball(1.0, 1)]], 64).unwrap(), 0);
+        let mut still =
+            Still::new(Scenes::new(&[vec![ball(0.0, 1)], vec![ball(1.0, 1)], vec![ball(1.0, 1)]], 64).unwrap(), 0);
         let unit = |size: f32| Bounds { min: Vec3::ZERO, max: Vec3::splat(size) };
-        let at = |x: f32| Bounds { min: Vec3::X * x, max: Vec3::X * x };
         still.begin(0, unit(1.0), vec![1.0]);
-        let since = still.begin(1, unit(1.5), vec![1.0]);
-        assert_eq!(since.at(at(2.0)).since, [Some(0b11)]);
-        assert_eq!(since.at(at(99.0)).since, [None]);
-        assert_eq!(still.begin(2, unit(1.5), vec![0.5]).at(at(2.0)).since, [None, None]);
+        let change = still.begin(1, unit(1.5), vec![1.0]).since[0].unwrap();
+        // Both centres lie within 0.5 of the first.
+        let reach = 3.99 * Vec3::ONE.length();
+        assert!(
+            change.bits == 0b11 && change.near < reach * reach && change.near > (reach - 0.5).powi(2),
+            "{change:?}"
+        );
+        assert_eq!(still.begin(2, unit(1.5), vec![0.5]).since, [None, None]);
+        still.begin(2, unit(1.5), vec![1.0]);
+        let changes = still.begin(2, unit(1.5), vec![1.0]);
+        assert_eq!((changes.since[1], changes.next), (Some(Change { bits: 0, near: f32::INFINITY }), 0));
     }
 }

@@ -18,7 +18,7 @@ use super::simd::{Kernel, LANES, Wide, Width};
 
 mod trail;
 
-pub use trail::{Changes, Trail};
+pub use trail::{Change, Changes, Trail};
 
 /// Directions across which places are bounded: the axes, then the diagonals between two of them.
 const WAYS: usize = 9;
@@ -146,7 +146,7 @@ impl Octet {
 
     /// Bits of the places that a ray crosses.
     #[inline(always)]
-    fn crossed<L: Wide>(&self, probe: &Probe) -> u64 {
+    fn crossed<L: Wide>(&self, probe: &Probe, slanted: &mut Option<Slanted>) -> u64 {
         let mut enter = L::splat(0.0);
         let mut leave = L::splat(probe.end);
         for way in 0..3 {
@@ -156,11 +156,10 @@ impl Octet {
         if met(enter, leave) == 0 {
             return 0;
         }
-        for (i, (first, second, sign)) in DIAGONALS.into_iter().enumerate() {
+        let Slanted { from, inverse } = slanted.get_or_insert_with(|| Slanted::new(probe));
+        for i in 0..DIAGONALS.len() {
             let sides = [L::load(&self.low[3 + i]), L::load(&self.high[3 + i])];
-            let from = probe.origin[first] + sign * probe.origin[second];
-            let along = probe.direction[first] + sign * probe.direction[second];
-            (enter, leave) = probe.clip([enter, leave], sides, from, finite_recip(along));
+            (enter, leave) = probe.clip([enter, leave], sides, from[i], inverse[i]);
         }
         let mut lanes = met(enter, leave);
         let mut found = 0;
@@ -238,6 +237,24 @@ impl Probe {
     }
 }
 
+/// A ray along the diagonals.
+struct Slanted {
+    from: [f32; DIAGONALS.len()],
+    inverse: [f32; DIAGONALS.len()],
+}
+
+impl Slanted {
+    #[inline(always)]
+    fn new(probe: &Probe) -> Self {
+        let (mut from, mut inverse) = ([0.0; DIAGONALS.len()], [0.0; DIAGONALS.len()]);
+        for (i, (first, second, sign)) in DIAGONALS.into_iter().enumerate() {
+            from[i] = probe.origin[first] + sign * probe.origin[second];
+            inverse[i] = finite_recip(probe.direction[first] + sign * probe.direction[second]);
+        }
+        Slanted { from, inverse }
+    }
+}
+
 /// Lanes in which something is left of the ray.
 #[inline(always)]
 fn met<L: Wide>(enter: L, leave: L) -> u32 {
@@ -249,54 +266,69 @@ fn met<L: Wide>(enter: L, leave: L) -> u32 {
 pub struct Lookout<'a> {
     pub boxes: &'a Boxes,
     pub live: u64,
+    /// The point from which it is measured how far away rays start.
+    pub middle: Vec3,
     pub width: Width,
+}
+
+/// What the rays of one sample, or of one pixel, touched.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mark {
+    /// Bits of the places that they crossed.
+    pub crossed: u64,
+    /// Square of the farthest distance of a start from the middle.
+    pub far: f32,
+}
+
+impl Mark {
+    /// Of rays that are not held against any place: they may have crossed all.
+    pub const UNTESTED: Mark = Mark { crossed: u64::MAX, far: 0.0 };
+
+    fn join(&mut self, other: Mark) {
+        *self = Mark { crossed: self.crossed | other.crossed, far: self.far.max(other.far) };
+    }
 }
 
 /// What the rays of samples crossed.
 #[derive(Clone, Debug, Default)]
 pub struct Footprint {
-    /// Bits of places, by sample of the batch.
-    crossed: Vec<u64>,
+    /// By sample of the batch.
+    marks: Vec<Mark>,
     /// By pixel of the tile, where pixels are kept as wholes.
-    pixels: Vec<u64>,
-    /// Around the points that the rays start from.
-    origins: Bounds,
+    pixels: Vec<Mark>,
     /// Sample and end of each ray of a wave.
     ends: Vec<(u32, f32)>,
 }
 
 impl Footprint {
-    pub fn start_tile(&mut self) {
-        self.origins = Bounds::default();
+    /// Before the first ray of a batch, with what is known of each sample.
+    pub fn begin(&mut self, samples: impl Iterator<Item = Mark>) {
+        self.marks.clear();
+        self.marks.extend(samples);
     }
 
-    /// Before the first ray of a batch of so many samples.
-    pub fn begin(&mut self, samples: usize) {
-        self.crossed.clear();
-        self.crossed.resize(samples, 0);
-    }
-
-    /// Bits of the places that the rays of a sample crossed.
-    pub fn crossed(&self, sample: usize) -> u64 {
-        self.crossed[sample]
+    /// What the rays of the samples of the batch touched.
+    pub fn marks(&self) -> &[Mark] {
+        &self.marks
     }
 
     /// Puts a sample of the batch down to its pixel.
     pub fn put_down(&mut self, sample: usize, pixel: usize) {
-        self.pixels[pixel] |= self.crossed[sample];
+        self.pixels[pixel].join(self.marks[sample]);
+    }
+
+    /// As [`Self::begin`], with samples of these pixels.
+    pub fn begin_of_pixels(&mut self, pixels: impl Iterator<Item = usize>) {
+        self.marks.clear();
+        self.marks.extend(pixels.map(|pixel| self.pixels[pixel]));
     }
 
     /// Notes what rays cross, each of a sample and before an end.
     pub fn add(&mut self, lookout: Lookout, rays: &[Ray], ends: impl Iterator<Item = (u32, f32)>) {
-        let Footprint { crossed, origins, ends: all, .. } = self;
+        let Footprint { marks, ends: all, .. } = self;
         all.clear();
         all.extend(ends);
-        for ray in rays {
-            *origins = Bounds { min: origins.min.min(ray.origin), max: origins.max.max(ray.origin) };
-        }
-        if !lookout.boxes.octets.is_empty() {
-            lookout.width.run(Crossing { lookout, rays, ends: all, crossed });
-        }
+        lookout.width.run(Crossing { lookout, rays, ends: all, marks });
     }
 }
 
@@ -304,7 +336,7 @@ struct Crossing<'a> {
     lookout: Lookout<'a>,
     rays: &'a [Ray],
     ends: &'a [(u32, f32)],
-    crossed: &'a mut [u64],
+    marks: &'a mut [Mark],
 }
 
 impl Kernel for Crossing<'_> {
@@ -312,13 +344,18 @@ impl Kernel for Crossing<'_> {
 
     #[inline(always)]
     fn run<L: Wide>(self) {
-        let Crossing { lookout: Lookout { boxes, live, .. }, rays, ends, crossed } = self;
+        let Crossing { lookout: Lookout { boxes, live, middle, .. }, rays, ends, marks } = self;
         for (ray, (sample, end)) in rays.iter().zip(ends) {
-            let crossed = &mut crossed[*sample as usize];
-            let probe = Probe::new(ray, *end);
-            if live & !*crossed == 0 || probe.misses(&boxes.around) {
+            let Mark { crossed, far } = &mut marks[*sample as usize];
+            *far = far.max(ray.origin.distance_squared(middle));
+            if live & !*crossed == 0 {
                 continue;
             }
+            let probe = Probe::new(ray, *end);
+            if probe.misses(&boxes.around) {
+                continue;
+            }
+            let mut slanted = None;
             for (top, octets) in boxes.tops.iter().zip(boxes.octets.chunks(LANES)) {
                 if top.all & live & !*crossed == 0 {
                     continue;
@@ -327,7 +364,7 @@ impl Kernel for Crossing<'_> {
                 while near != 0 {
                     let octet = &octets[near.trailing_zeros() as usize];
                     if octet.all & live & !*crossed != 0 {
-                        *crossed |= octet.crossed::<L>(&probe);
+                        *crossed |= octet.crossed::<L>(&probe, &mut slanted);
                     }
                     near &= near - 1;
                 }

@@ -16,10 +16,13 @@ fn crossed(places: &[Place], ray: &Ray, end: f32) -> Vec<usize> {
     let boxes = Boxes::new(&places);
     let found = Width::all().into_iter().map(|width| {
         let mut footprint = Footprint::default();
-        footprint.begin(3);
-        footprint.add(Lookout { boxes: &boxes, live: u64::MAX, width }, &[*ray], std::iter::once((1, end)));
-        assert_eq!([footprint.crossed(0), footprint.crossed(2)], [0; 2]);
-        footprint.crossed(1)
+        footprint.begin([Mark::default(); 3].into_iter());
+        let lookout = Lookout { boxes: &boxes, live: u64::MAX, middle: Vec3::X, width };
+        footprint.add(lookout, &[*ray], std::iter::once((1, end)));
+        let marks = footprint.marks();
+        assert_eq!([marks[0], marks[2]], [Mark::default(); 2]);
+        assert_eq!(marks[1].far, ray.origin.distance_squared(Vec3::X));
+        marks[1].crossed
     });
     let found: Vec<u64> = found.collect();
     assert!(found.iter().all(|bits| *bits == found[0]));
@@ -47,26 +50,39 @@ fn a_ball_is_not_met_at_the_corners_of_its_box() {
 
 #[test]
 fn a_trail_minds_what_left_its_way_and_what_came_into_it() {
+    let change = |bits, near| Some(Change { bits, near });
+    let changes = |picture, since: &[Option<Change>], next| Changes { picture, since: since.to_vec(), next };
     for each in [0, 2] {
         let mut trail = Trail::new(2, each);
-        let changes = |picture, since| Changes { picture, since };
         let everything: Vec<u32> = (0..2 * each.max(1)).collect();
-        assert_eq!(trail.stale(&changes(0, vec![])), everything);
+        assert_eq!(trail.stale(&changes(0, &[], 0)), everything);
         let mut footprint = Footprint::default();
-        footprint.begin(everything.len());
-        footprint.crossed[1] = 0b100;
-        if each > 0 {
-            let colors = vec![Vec3::ONE; everything.len()];
-            trail.keep_samples(&everything, &colors, &footprint, 0);
-            assert_eq!(trail.colors_of(1), [Vec3::ONE; 2]);
-        } else {
-            trail.begin_pixels(&mut footprint);
-            footprint.put_down(1, 1);
-            trail.keep_pixels(&everything, &footprint, 0);
-        }
-        assert_eq!(trail.stale(&changes(1, vec![Some(0b11)])), [0u32; 0]);
-        assert_eq!(trail.stale(&changes(1, vec![Some(0b110)])), [1]);
-        assert_eq!(trail.stale(&changes(1, vec![None])), everything);
+        let marks = everything.iter().map(|i| Mark { crossed: u64::from(*i == 1) << 2, far: *i as f32 });
+        footprint.begin(marks);
+        let keep = |trail: &mut Trail, footprint: &mut Footprint, now: &Changes| {
+            if each > 0 {
+                trail.keep_samples(&everything, &vec![Vec3::ONE; everything.len()], footprint, now.picture);
+            } else {
+                trail.begin_pixels(&everything, now, footprint);
+                everything.iter().for_each(|i| footprint.put_down(*i as usize, *i as usize));
+                trail.keep_pixels(&everything, footprint, now.picture);
+            }
+        };
+        keep(&mut trail, &mut footprint, &changes(0, &[], 0));
+        let always = f32::INFINITY;
+        assert_eq!(trail.stale(&changes(1, &[change(0b11, always)], 0)), [0u32; 0]);
+        assert_eq!(trail.stale(&changes(1, &[change(0b110, always)], 0)), [1]);
+        assert_eq!(trail.stale(&changes(1, &[change(0, 1.0)], 0)), everything[1..]);
+        assert_eq!(trail.stale(&changes(1, &[None], 0)), everything);
+        // What will be taken again in the next picture is not held against places, but now and then.
+        assert_eq!(trail.outlook(1, &changes(1, &[], 0b100)), Mark::UNTESTED);
+        assert_eq!(trail.outlook(1, &changes(3, &[], 0b100)), Mark::default());
+        assert_eq!(trail.outlook(1, &changes(1, &[], 0b011)), Mark::default());
+        let now = changes(1, &[change(0b100, always)], 0b100);
+        footprint.begin(everything.iter().map(|i| trail.outlook(*i, &now)));
+        keep(&mut trail, &mut footprint, &now);
+        // That one is taken again, whatever changes.
+        assert_eq!(trail.stale(&changes(2, &[change(0, always); 2], 0)), [1]);
     }
 }
 

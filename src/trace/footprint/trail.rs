@@ -2,16 +2,33 @@
 
 use glam::Vec3;
 
-use super::Footprint;
-use crate::trace::geometry::Bounds;
+use super::{Footprint, Mark};
 
-/// What may have changed for rays since each of the pictures before: bits of places that bodies left or took; `None`
-/// where anything may have.
+/// What may have changed for rays since each of the pictures before, and may between this one and the next.
 #[derive(Clone, Debug)]
 pub struct Changes {
     /// Number of this picture, as [`Trail`] keeps it.
     pub picture: u8,
-    pub since: Vec<Option<u64>>,
+    /// By picture; `None` where anything may have changed.
+    pub since: Vec<Option<Change>>,
+    /// Bits of places that bodies leave or take next.
+    pub next: u64,
+}
+
+/// What is different between two pictures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Change {
+    /// Bits of places that bodies left or took.
+    pub bits: u64,
+    /// Square of the distance from the middle within which rays start that are none the wiser; infinite if all do.
+    pub near: f32,
+}
+
+impl Change {
+    /// Whether it may be seen by rays.
+    fn shows(self, mark: Mark) -> bool {
+        self.bits & mark.crossed != 0 || (self.near < f32::INFINITY && mark.far >= self.near)
+    }
 }
 
 /// The samples of a tile, each or those of a pixel together, as they were taken last.
@@ -21,15 +38,17 @@ pub struct Trail {
     each: u32,
     /// By pixel and sample, if each is kept.
     colors: Vec<Vec3>,
-    /// Bits of the places that rays crossed, by sample or by pixel.
+    /// What rays touched, by sample or by pixel.
     crossed: Vec<u64>,
-    /// The picture that it was taken for; [`NEVER`] before.
+    far: Vec<f32>,
+    /// The picture that it was taken for; [`NEVER`] before, and where its rays were not held against places.
     pictures: Vec<u8>,
-    /// Around all points that rays started from.
-    origins: Bounds,
 }
 
 const NEVER: u8 = u8::MAX;
+
+/// What is taken again picture after picture is held against places in each so many of them.
+const UNTESTED: u32 = 4;
 
 impl Trail {
     /// Of a tile of so many pixels; `each` is the number of samples that are kept one by one, or 0.
@@ -39,14 +58,15 @@ impl Trail {
             each,
             colors: vec![Vec3::ZERO; if each > 0 { units } else { 0 }],
             crossed: vec![0; units],
+            far: vec![0.0; units],
             pictures: vec![NEVER; units],
-            origins: Bounds::default(),
         }
     }
 
     /// Memory of a trail as [`Self::new`] makes it.
     pub fn bytes(pixels: usize, each: u32) -> usize {
-        let of_one = size_of::<u64>() + size_of::<u8>() + if each > 0 { size_of::<Vec3>() } else { 0 };
+        let of_color = if each > 0 { size_of::<Vec3>() } else { 0 };
+        let of_one = of_color + size_of::<u64>() + size_of::<f32>() + size_of::<u8>();
         size_of::<Trail>() + pixels * each.max(1) as usize * of_one
     }
 
@@ -68,18 +88,22 @@ impl Trail {
         self.crossed.is_empty()
     }
 
-    pub fn origins(&self) -> Bounds {
-        self.origins
-    }
-
     /// Samples or pixels that may look otherwise than when they were taken last, in order.
     pub fn stale(&self, changes: &Changes) -> Vec<u32> {
         let is_stale = |unit: &u32| {
-            let (picture, crossed) = (self.pictures[*unit as usize], self.crossed[*unit as usize]);
-            let changed = changes.since.get(usize::from(picture)).copied().flatten();
-            changed.is_none_or(|changed| changed & crossed != 0)
+            let i = *unit as usize;
+            let change = changes.since.get(usize::from(self.pictures[i])).copied().flatten();
+            change.is_none_or(|change| change.shows(Mark { crossed: self.crossed[i], far: self.far[i] }))
         };
         (0..self.len() as u32).filter(is_stale).collect()
+    }
+
+    /// What is known before a sample or pixel is taken: nothing, or that it will be taken again in the next picture
+    /// anyhow, as far as its last rays tell, so that there is no use in holding its rays against places.
+    pub fn outlook(&self, unit: u32, changes: &Changes) -> Mark {
+        let again = self.crossed[unit as usize] & changes.next != 0;
+        let tested = (unit + u32::from(changes.picture)) % UNTESTED == 0;
+        if again && !tested { Mark::UNTESTED } else { Mark::default() }
     }
 
     /// The colours of a pixel's samples.
@@ -90,24 +114,32 @@ impl Trail {
 
     /// Keeps the samples of a batch.
     pub fn keep_samples(&mut self, units: &[u32], colors: &[Vec3], footprint: &Footprint, picture: u8) {
-        for (i, (unit, color)) in units.iter().zip(colors).enumerate() {
-            let unit = *unit as usize;
-            (self.colors[unit], self.crossed[unit], self.pictures[unit]) = (*color, footprint.crossed[i], picture);
+        for ((unit, color), mark) in units.iter().zip(colors).zip(footprint.marks()) {
+            self.colors[*unit as usize] = *color;
+            self.keep(*unit as usize, *mark, picture);
         }
-        self.origins = self.origins.union(footprint.origins);
     }
 
     /// Makes room for what rays of whole pixels cross.
-    pub fn begin_pixels(&self, footprint: &mut Footprint) {
+    pub fn begin_pixels(&self, pixels: &[u32], changes: &Changes, footprint: &mut Footprint) {
         footprint.pixels.clear();
-        footprint.pixels.resize(self.len(), 0);
+        footprint.pixels.resize(self.len(), Mark::default());
+        pixels.iter().for_each(|pixel| footprint.pixels[*pixel as usize] = self.outlook(*pixel, changes));
     }
 
     /// Keeps pixels as wholes.
     pub fn keep_pixels(&mut self, pixels: &[u32], footprint: &Footprint, picture: u8) {
         for pixel in pixels.iter().map(|pixel| *pixel as usize) {
-            (self.crossed[pixel], self.pictures[pixel]) = (footprint.pixels[pixel], picture);
+            self.keep(pixel, footprint.pixels[pixel], picture);
         }
-        self.origins = self.origins.union(footprint.origins);
+    }
+
+    fn keep(&mut self, unit: usize, mark: Mark, picture: u8) {
+        if mark.crossed == u64::MAX {
+            // What its rays crossed before tells on.
+            self.pictures[unit] = NEVER;
+        } else {
+            (self.crossed[unit], self.far[unit], self.pictures[unit]) = (mark.crossed, mark.far, picture);
+        }
     }
 }

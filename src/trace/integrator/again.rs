@@ -24,15 +24,14 @@ pub fn expose_again(
     if stale.is_empty() {
         return 0;
     }
-    worker.footprint.start_tile();
     if trail.each() > 0 {
-        samples(view, places, (&stale, changes.picture), trail, tally, worker);
+        samples(view, places, (&stale, changes), trail, tally, worker);
         return stale.len();
     }
     let pixels = if view.settings.noise.is_some() { whole_blocks(places, &stale) } else { stale };
     let count = pixels.len();
     pixels.iter().for_each(|pixel| tally.clear(*pixel as usize));
-    trail.begin_pixels(&mut worker.footprint);
+    trail.begin_pixels(&pixels, changes, &mut worker.footprint);
     expose_pixels(view, places, pixels.clone(), Share::WHOLE, std::slice::from_mut(tally), worker);
     trail.keep_pixels(&pixels, &worker.footprint, changes.picture);
     count
@@ -42,7 +41,7 @@ pub fn expose_again(
 fn samples(
     view: View,
     places: &[[u32; 2]],
-    (stale, picture): (&[u32], u8),
+    (stale, changes): (&[u32], &Changes),
     trail: &mut Trail,
     tally: &mut Tally,
     worker: &mut Worker,
@@ -56,8 +55,9 @@ fn samples(
     };
     let mut buffers = std::mem::take(&mut worker.waves);
     for units in stale.chunks(BATCH) {
+        worker.footprint.begin(units.iter().map(|unit| trail.outlook(*unit, changes)));
         trace_batch(view, units.iter().map(|unit| sampler(*unit)), &mut buffers, worker);
-        trail.keep_samples(units, &buffers.colors, &worker.footprint, picture);
+        trail.keep_samples(units, &buffers.colors, &worker.footprint, changes.picture);
     }
     worker.waves = buffers;
     for units in stale.chunk_by(|a, b| a / each == b / each) {

@@ -245,6 +245,9 @@ fn sample(view: View, picked: Picked, tallies: &mut [Tally], worker: &mut Worker
         if batch.is_empty() {
             break;
         }
+        if view.lookout.is_some() {
+            worker.footprint.begin_of_pixels(batch.iter().map(|(pixel, _)| *pixel));
+        }
         trace_batch(view, batch.iter().map(|(pixel, sampler)| (places[*pixel], *sampler)), &mut buffers, worker);
         for (i, (pixel, _)) in batch.iter().enumerate() {
             let (pixel, lot) = (*pixel, buffers.lots[i]);
@@ -272,9 +275,6 @@ fn trace_batch(
     let count = batch.len();
     let cone = Cone { width: 0.0, spread: view.camera.spread() / view.settings.strata as f32 };
     buffers.begin(count, view.passes, view.settings.features);
-    if view.lookout.is_some() {
-        worker.footprint.begin(count);
-    }
     for ([x, y], sampler) in batch {
         let (offset, weight) = place_in_pixel(view, &sampler);
         let [dx, dy] = offset.map(|x| x - 0.5);
