@@ -23,8 +23,8 @@ pub enum Body {
         /// Address of its mesh: how a mesh is traced depends on how many share it.
         mesh: Option<usize>,
     },
-    /// It reaches everywhere, or shines.
-    Everywhere,
+    /// It reaches everywhere, or shines: rays that never come near may know of it.
+    Everywhere { digest: Digest },
 }
 
 /// What stands at an authored index, as the World is now.
@@ -33,22 +33,23 @@ pub fn body(stage: &Stage, index: usize) -> Body {
     let placement = stage.world.get::<&Placement>(entity).map_or(DAffine3::IDENTITY, |p| p.0);
     let mut hasher = Hasher::default();
     placement.to_cols_array().into_iter().for_each(|x| hasher.number(x));
-    let (mut place, mut mesh): (Option<Place>, _) = (None, None);
+    let (mut place, mut mesh, mut everywhere): (Option<Place>, _, _) = (None, None, false);
     for component in Kind::ALL.iter().filter_map(|kind| get(&stage.world, entity, *kind)) {
         feed_component(&component, |_| true, &mut hasher, &mut |_, _| {});
         match &component {
             Component::MaterialName(worn) => {
                 let number = stage.material_names.get(&worn.0);
                 let material = number.and_then(|i| stage.world.get::<&Material>(stage.materials[*i]).ok());
-                let Some(material) = material else { return Body::Everywhere };
-                if shines(&material) {
-                    return Body::Everywhere;
-                }
+                let Some(material) = material else {
+                    everywhere = true;
+                    continue;
+                };
+                everywhere |= shines(&material);
                 feed_record(&*material, |_| true, &mut hasher, &mut |_, _| {});
             }
             Component::Mesh(shape) => mesh = Some(Arc::as_ptr(&shape.data) as usize),
             Component::Plane(_) | Component::PointLight(_) | Component::AreaLight(_) | Component::Motion(_) => {
-                return Body::Everywhere;
+                everywhere = true;
             }
             _ => {}
         }
@@ -58,7 +59,11 @@ pub fn body(stage: &Stage, index: usize) -> Body {
             place = Some(place.unwrap_or_default().union(Place::new(reach)));
         }
     }
-    place.map_or(Body::Nothing, |place| Body::Bounded { digest: hasher.finish(), place, mesh })
+    let digest = hasher.finish();
+    if everywhere {
+        return Body::Everywhere { digest };
+    }
+    place.map_or(Body::Nothing, |place| Body::Bounded { digest, place, mesh })
 }
 
 /// Whether surfaces of the material are lights to others.

@@ -28,7 +28,8 @@ struct State {
 }
 
 impl Scenes {
-    /// `bodies` by picture, 64 pictures at most, the same bodies in each; `None` if one of them may show everywhere.
+    /// `bodies` by picture, 64 pictures at most, the same bodies in each; `None` if one of them changes that may show
+    /// everywhere.
     ///
     /// As long as there are bits enough, each state of a body has its own; or else those share one that first are in
     /// the same picture. The places of these are joined to what lies near them if there are more than `most`.
@@ -37,13 +38,19 @@ impl Scenes {
         let mut all: Vec<State> = Vec::new();
         let mut states = vec![vec![None; count]; bodies.len()];
         for body in by_size(bodies) {
+            let is_everywhere = |all: &Vec<Body>| matches!(all[body], Body::Everywhere { .. });
+            if bodies.iter().any(is_everywhere) {
+                if bodies.iter().all(|all| all[body] == bodies[0][body]) {
+                    continue;
+                }
+                return None;
+            }
             let first_state = all.len();
             let mut known = Vec::new();
             let mut meshes = Vec::new();
             for (picture, bodies) in bodies.iter().enumerate() {
                 let mesh = match &bodies[body] {
-                    Body::Everywhere => return None,
-                    Body::Nothing => None,
+                    Body::Everywhere { .. } | Body::Nothing => None,
                     Body::Bounded { digest, place, mesh } => {
                         let number = known.iter().position(|one| one == digest).unwrap_or_else(|| {
                             known.push(*digest);
@@ -87,7 +94,7 @@ impl Scenes {
 fn by_size(bodies: &[Vec<Body>]) -> Vec<usize> {
     let size = |body: &Body| match body {
         Body::Bounded { place, .. } => place.bounds().size().element_sum(),
-        Body::Nothing | Body::Everywhere => 0.0,
+        Body::Nothing | Body::Everywhere { .. } => 0.0,
     };
     let largest = |body: usize| bodies.iter().map(|all| size(&all[body])).fold(0.0, f32::max);
     let sizes: Vec<f32> = (0..bodies[0].len()).map(largest).collect();
@@ -279,7 +286,10 @@ mod tests {
 
     #[test]
     fn what_shows_everywhere_or_shares_a_mesh_with_a_stranger_is_refused() {
-        assert!(Scenes::new(&[vec![ball(0.0, 1)], vec![Body::Everywhere]], 64).is_none());
+        let everywhere = |look| Body::Everywhere { digest: Digest(look) };
+        assert!(Scenes::new(&[vec![ball(0.0, 1)], vec![everywhere(1)]], 64).is_none());
+        assert!(Scenes::new(&[vec![everywhere(2)], vec![everywhere(1)]], 64).is_none());
+        assert!(Scenes::new(&[vec![everywhere(1)], vec![everywhere(1)]], 64).is_some());
         let Body::Bounded { digest, place, .. } = ball(0.0, 1) else { return };
         let mesh = |mesh| vec![Body::Bounded { digest, place, mesh }];
         assert!(Scenes::new(&[mesh(Some(1)), mesh(Some(1))], 64).is_some());

@@ -8,7 +8,8 @@
 //! [`recursive`] is Whitted (CACM 1980) and distribution ray tracing (Cook, Porter, Carpenter, SIGGRAPH 1984): every
 //! hit spawns all the rays that its material asks for. What a Whitted picture leaves out (lens, gloss, soft shadows) is
 //! switched off when the settings are resolved. [`path`] is path tracing (Kajiya 1986): every hit goes on in one
-//! direction, chosen at random; [`photon`] reads indirect light from photons instead. No contribution is cut off for being small.
+//! direction, chosen at random; [`photon`] reads indirect light from photons instead. No contribution is cut off for
+//! being small. [`again`] takes only those samples that may look otherwise than in a picture before.
 
 mod adaptive;
 mod again;
