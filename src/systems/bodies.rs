@@ -56,7 +56,7 @@ pub fn body(stage: &Stage, index: usize) -> Body {
         if has_surface(&component) {
             let turned = placement.matrix3.transpose();
             let reach = |d: DVec3| farthest(&component, turned * d) + placement.translation.dot(d);
-            place = Some(place.unwrap_or_default().union(Place::new(reach)));
+            place = Some(place.unwrap_or_default().union(Place::new(reach).wider(roundings(&component, &placement))));
         }
     }
     let digest = hasher.finish();
@@ -88,6 +88,14 @@ fn has_surface(component: &Component) -> bool {
         | Component::PointLight(_)
         | Component::AreaLight(_) => false,
     }
+}
+
+/// How far off a shape may be found by rays that are brought into its local space: more, the farther it lies from the
+/// middle of that.
+fn roundings(component: &Component, placement: &DAffine3) -> f64 {
+    let far = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]).map(|d| farthest(component, d).abs());
+    let stretch = placement.matrix3.to_cols_array().into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    4e-6 * stretch * far.fold(0.0, f64::max)
 }
 
 /// The greatest product of a point of a shape and a direction of any length, in its local space.
@@ -160,8 +168,15 @@ mod tests {
         };
         match component {
             Component::Sphere(s) => {
-                let rings = [(DVec3::X, DVec3::Y), (DVec3::X, DVec3::Z), (DVec3::Y, DVec3::Z)];
-                rings.into_iter().flat_map(|(a, b)| around(s.center, a * s.radius, b * s.radius)).collect()
+                let ring = |i: u32| {
+                    let (sin, cos) = crate::base::math::sin_cos_degrees(f64::from(i) * 5.0);
+                    around(
+                        s.center + DVec3::Z * (s.radius * cos),
+                        DVec3::X * (s.radius * sin),
+                        DVec3::Y * (s.radius * sin),
+                    )
+                };
+                (0..=36).flat_map(ring).collect()
             }
             Component::Cone(s) => {
                 let (a, b) = (s.apex - s.base).normalize().any_orthonormal_pair();

@@ -67,13 +67,18 @@ impl Place {
         Bounds { min: corner(&self.low), max: corner(&self.high) }
     }
 
+    /// With so much more room on all sides.
+    pub fn wider(mut self, by: f64) -> Self {
+        self.low.iter_mut().for_each(|low| *low -= by as f32);
+        self.high.iter_mut().for_each(|high| *high += by as f32);
+        self
+    }
+
     /// With room for all roundings of those who trace rays.
-    fn widened(mut self) -> Self {
+    fn widened(self) -> Self {
         let bounds = self.bounds();
         let pad = 1e-4 * bounds.size().max_element() + 2e-5 * bounds.min.abs().max(bounds.max.abs()).max_element();
-        self.low.iter_mut().for_each(|low| *low -= pad);
-        self.high.iter_mut().for_each(|high| *high += pad);
-        self
+        self.wider(f64::from(pad))
     }
 }
 
