@@ -102,7 +102,7 @@ impl Trail {
     /// anyhow, as far as its last rays tell, so that there is no use in holding its rays against places.
     pub fn outlook(&self, unit: u32, changes: &Changes) -> Mark {
         let again = self.crossed[unit as usize] & changes.next != 0;
-        let tested = (unit + u32::from(changes.picture)) % UNTESTED == 0;
+        let tested = (unit + u32::from(changes.picture)).is_multiple_of(UNTESTED);
         if again && !tested { Mark::UNTESTED } else { Mark::default() }
     }
 
