@@ -32,12 +32,12 @@ pub const FRAME_PIXELS: u64 = 1 << 27;
 pub const FRAME_FILE_BYTES: u64 = 4 << 30;
 /// Lights that have a pass of their own where only their colours change: each adds a film to the frame's memory.
 pub const LIGHT_PASSES: usize = 16;
-/// Frames that are looked ahead for what moves in them, and boxes of what moves in all of these together: each ray is
-/// held against them, which must stay cheap beside tracing it.
+/// Frames that are looked ahead for what moves in them: each has a bit in a word.
 pub const STILL_FRAMES: usize = 64;
-pub const STILL_BOXES: usize = 64;
-/// Bodies that may move in one frame, before it is traced as a whole.
-pub const STILL_MOVING: usize = 64;
+/// Places of what moves in all of these together: each ray is held against them, which must stay cheap beside tracing it.
+pub const STILL_BOXES: usize = 512;
+/// Bodies that may move in one frame, before it is traced as a whole: what each is in every frame takes memory.
+pub const STILL_MOVING: usize = 8_192;
 /// Memory in MiB of what is kept from frame to frame, unless the user says otherwise.
 pub const REUSE_MEMORY: u64 = 1_024;
 /// The manifest of a folder of frames: a million lines.

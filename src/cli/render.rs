@@ -270,6 +270,7 @@ fn stats(report: &Report) -> serde_json::Value {
         "builds": s.builds,
         "tiles": s.tiles,
         "tiles_kept": s.tiles_kept,
+        "share_kept": s.share_kept,
         "passes": s.passes,
         "passes_kept": s.passes_kept,
         "photon_maps": s.photon_maps,

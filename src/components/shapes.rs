@@ -3,6 +3,7 @@
 //! A shape stands where its fields put it; the entity's transform, if any, then carries it into the world. Lengths are
 //! world units before that transform.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -189,11 +190,15 @@ pub struct MeshData {
     computed: Computed,
 }
 
+/// Boxes around the vertices of a mesh along each axis.
+const BOXES: u8 = 12;
+
 /// What is computed on first use; it follows from the rest and takes no part in comparisons.
 #[derive(Clone, Debug, Default)]
 struct Computed {
     normals: OnceLock<Vec<Vec3>>,
     digest: OnceLock<Digest>,
+    boxes: OnceLock<Vec<[Vec3; 2]>>,
 }
 
 impl PartialEq for Computed {
@@ -234,6 +239,25 @@ impl MeshData {
             uvs.iter().flat_map(|uv| uv.to_array()).for_each(|x| hasher.bytes(&x.to_bits().to_le_bytes()));
             triangles.iter().flatten().for_each(|i| hasher.bytes(&i.to_le_bytes()));
             hasher.finish()
+        })
+    }
+
+    /// Boxes around all vertices, some hundreds at most: lower and upper corners.
+    pub fn boxes(&self) -> &[[Vec3; 2]] {
+        self.computed.boxes.get_or_init(|| {
+            let around = |vertices: &[Vec3]| {
+                let start = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+                vertices.iter().fold(start, |[min, max], v| [min.min(*v), max.max(*v)])
+            };
+            let [min, max] = around(&self.vertices);
+            let scale = (max - min).map(|side| if side > 0.0 { BOXES as f32 / side } else { 0.0 });
+            let mut cells: BTreeMap<[u8; 3], [Vec3; 2]> = BTreeMap::new();
+            for vertex in &self.vertices {
+                let cell = ((*vertex - min) * scale).to_array().map(|x| (x as u8).min(BOXES - 1));
+                let [low, high] = cells.entry(cell).or_insert([*vertex; 2]);
+                (*low, *high) = (low.min(*vertex), high.max(*vertex));
+            }
+            cells.into_values().collect()
         })
     }
 

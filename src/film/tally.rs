@@ -63,6 +63,17 @@ impl Tally {
         size_of_val(&*self.sums) + size_of_val(&*self.moments) + size_of_val(&*self.features)
     }
 
+    /// Takes all samples of a pixel back.
+    pub fn clear(&mut self, pixel: usize) {
+        self.sums[pixel] = Sum::default();
+        if let Some(moments) = self.moments.get_mut(pixel) {
+            *moments = [0.0; 2];
+        }
+        if let Some(sum) = self.features.get_mut(pixel) {
+            *sum = FeatureSum::default();
+        }
+    }
+
     /// Adds a sample to a pixel. A colour that is no number, or infinite, counts as black.
     #[inline]
     pub fn add(&mut self, pixel: usize, color: Vec3, weight: f32) {

@@ -1,4 +1,4 @@
-//! What a run keeps from frame to frame: passes of lights, and the tiles of a picture while the camera stands still.
+//! What a run keeps from frame to frame: passes of lights, and the samples of a picture while the camera stands still.
 //!
 //! Nothing here decides what a frame looks like. Whatever is kept is what tracing the frame anew would give, to the bit;
 //! with `--no-reuse` it is traced anew.
@@ -46,10 +46,14 @@ struct Window {
     first: usize,
     end: usize,
     still: Still,
+    /// How many frames in a row were not worth it.
+    poor: u32,
 }
 
-/// Share of the tiles that are traced in later frames of a window, above which noting what rays cross costs too much.
-const WORTHWHILE: f64 = 0.6;
+/// Share of the samples that are traced in later frames of a window, above which noting what rays cross costs too much;
+/// and how many frames in a row may be like that.
+const WORTHWHILE: f64 = 0.85;
+const PATIENCE: u32 = 2;
 
 impl Keeper {
     pub fn new(policy: Policy) -> Self {
@@ -106,7 +110,8 @@ impl Keeper {
             return;
         };
         match &mut self.window {
-            Some(window) if picture == 0 || traced < WORTHWHILE => window.still = still,
+            Some(window) if picture == 0 || traced < WORTHWHILE => (window.still, window.poor) = (still, 0),
+            Some(window) if window.poor < PATIENCE => (window.still, window.poor) = (still, window.poor + 1),
             Some(window) => {
                 self.settled = window.end.max(index);
                 self.window = None;
@@ -147,7 +152,7 @@ fn look_ahead(shot: &mut Shot, run: &[Vec<&Planned>], index: usize, memory: u64)
     let Some(bodies) = bodies_in(input, stage, &frames) else { return (None, end) };
     while end >= index + 2 {
         if let Some(scenes) = Scenes::new(&bodies[..end - index], limits::STILL_BOXES) {
-            return (Some(Window { first: index, end, still: Still::new(scenes, base.size) }), end);
+            return (Some(Window { first: index, end, still: Still::new(scenes, memory << 20), poor: 0 }), end);
         }
         end = index + (end - index) / 2;
     }

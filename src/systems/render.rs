@@ -8,14 +8,13 @@ use rayon::prelude::*;
 
 use super::lights::Passes;
 use super::stage::{AccelKey, Kept, Stage};
-use super::still::Still;
+use super::still::{Kept as KeptTile, Still};
 use super::{extract, hierarchy, lens, lights, skins};
 use crate::base::diagnostics::Diagnostics;
 use crate::components::{Integrator, Render, Transfer};
 use crate::film::{Film, FilterTable, Gather, Tally, denoise};
 use crate::load::image;
 use crate::trace::environment::{Environment, Source};
-use crate::trace::footprint::Footprint;
 use crate::trace::integrator::{self, Guide, Photons, Settings, Share, Shelf, View};
 use crate::trace::lights::Lights;
 use crate::trace::simd::Width;
@@ -37,8 +36,10 @@ pub struct FrameStats {
     pub build_seconds: f64,
     pub render_seconds: f64,
     pub tiles: usize,
-    /// Tiles that were kept from an earlier frame.
+    /// Tiles that were kept whole from an earlier frame.
     pub tiles_kept: usize,
+    /// Share of all samples that were kept, 0 to 1.
+    pub share_kept: f64,
     /// Passes that the picture is the sum of.
     pub passes: usize,
     pub passes_kept: usize,
@@ -75,9 +76,9 @@ struct Plate {
 }
 
 impl Exposure {
-    /// The share of the tiles that were traced, 0 to 1.
+    /// The share of the samples that were traced, 0 to 1.
     pub fn share_traced(&self) -> f64 {
-        (self.stats.tiles - self.stats.tiles_kept) as f64 / self.stats.tiles.max(1) as f64
+        1.0 - self.stats.share_kept
     }
 
     /// The frame as means of its samples, a film for each pass; `None` before its first share.
@@ -193,7 +194,7 @@ pub fn expose(
         filter: &filter,
         width: settings.size[0],
         passes: exposure.passes.count(),
-        boxes: None,
+        lookout: None,
         photons: None,
     };
     let built = Instant::now();
@@ -219,7 +220,7 @@ pub fn expose(
         }
         let view = View { photons, ..view };
         let counters = match still {
-            None => tiles(view, share, plate, None, cancel, progress).map(|(counters, _)| counters),
+            None => tiles(view, share, plate, cancel, progress),
             Some((still, picture)) => stale_tiles(view, plate, still, *picture, stats, cancel, progress),
         };
         let Some(counters) = counters else { return Ok(false) };
@@ -292,7 +293,7 @@ fn accelerate(stage: &mut Stage, rebuilt: bool) -> bool {
     rebuilt || !fits
 }
 
-/// Traces the tiles that may have changed since they were traced last, and takes the others from there.
+/// Takes again what may look otherwise than in the pictures before, and keeps the rest.
 fn stale_tiles(
     view: View,
     plate: &mut Plate,
@@ -302,52 +303,69 @@ fn stale_tiles(
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Option<Counters> {
-    // Paths choose among lights by what reaches across the scene.
-    let by_bounds = view.settings.integrator == Integrator::Path || !view.lights.emitters().is_empty();
-    let bounds = view.geometry.bounds();
-    let stale = still.stale(picture, bounds, by_bounds);
-    let is_stale: Vec<bool> = still.fill(&mut plate.tallies, &stale);
-    let view = View { boxes: Some(still.boxes()), ..view };
-    let (counters, footprints) = tiles(view, Share::WHOLE, plate, Some(&is_stale), cancel, progress)?;
-    for (tile, footprint) in stale.iter().zip(footprints) {
-        still.keep(*tile, plate.tallies[*tile].clone(), footprint, picture, bounds);
+    let settings = view.settings;
+    let draws = settings.integrator == Integrator::Path || !view.lights.emitters().is_empty();
+    let changes = still.begin(picture, view.geometry.bounds(), if draws { view.lights.chances() } else { Vec::new() });
+    let samples = (settings.rounds == 1 && !settings.features).then_some(settings.strata * settings.strata);
+    let pixels = |tile: usize| places(tile, plate.size).len();
+    if !still.make_room(&plate.tallies, pixels, samples) {
+        return tiles(view, Share::WHOLE, plate, cancel, progress);
     }
-    stats.tiles_kept = plate.tallies.len() - stale.len();
-    stats.reuse_bytes = still.bytes();
-    Some(counters)
-}
-
-/// Adds a share of all samples, each tile to the tallies of its own; of those that are wanted, if only some are.
-///
-/// Gives what the tiles cost and, in their order, what their rays crossed.
-fn tiles(
-    view: View,
-    share: Share,
-    plate: &mut Plate,
-    wanted: Option<&[bool]>,
-    cancel: &AtomicBool,
-    progress: &(dyn Fn(usize, usize) + Sync),
-) -> Option<(Counters, Vec<Footprint>)> {
+    let (lookout, kept) = still.parts(picture);
+    let view = View { lookout: Some(lookout), ..view };
     let size = plate.size;
-    let tiles = plate.tallies.chunks_mut(plate.passes).enumerate();
-    let tiles: Vec<_> = tiles.filter(|(index, _)| wanted.is_none_or(|wanted| wanted[*index])).collect();
-    let total = tiles.len();
-    let done = AtomicUsize::new(total * share.index as usize);
-    let trace = |worker: &mut Worker, (index, tallies): (usize, &mut [Tally])| -> Option<(Counters, Footprint)> {
+    let total = plate.tallies.len();
+    let done = AtomicUsize::new(0);
+    let trace = |worker: &mut Worker, (index, (tally, kept)): (usize, (&mut Tally, &mut KeptTile))| {
         if cancel.load(Ordering::Relaxed) {
             return None;
         }
         worker.start_tile();
-        worker.footprint = view.boxes.map(Footprint::new).unwrap_or_default();
+        let again =
+            integrator::expose_again(view, &places(index, size), &changes, &mut kept.trail, &mut kept.tally, worker);
+        tally.clone_from(&kept.tally);
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
+        Some((std::mem::take(&mut worker.counters), [again, kept.trail.len()]))
+    };
+    let both = plate.tallies.par_iter_mut().zip(kept.par_iter_mut()).enumerate();
+    let traced: Option<Vec<_>> = both.map_init(Worker::default, trace).collect();
+    let mut counters = Counters::default();
+    let (mut again, mut all) = (0, 0);
+    for (cost, [some, of]) in traced? {
+        counters += cost;
+        stats.tiles_kept += usize::from(some == 0);
+        (again, all) = (again + some, all + of);
+    }
+    stats.share_kept = 1.0 - again as f64 / all.max(1) as f64;
+    stats.reuse_bytes = still.bytes();
+    Some(counters)
+}
+
+/// Adds a share of all samples, each tile to the tallies of its own; gives what they cost.
+fn tiles(
+    view: View,
+    share: Share,
+    plate: &mut Plate,
+    cancel: &AtomicBool,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Option<Counters> {
+    let size = plate.size;
+    let total = plate.tallies.len() / plate.passes;
+    let done = AtomicUsize::new(total * share.index as usize);
+    let trace = |worker: &mut Worker, (index, tallies): (usize, &mut [Tally])| -> Option<Counters> {
+        if cancel.load(Ordering::Relaxed) {
+            return None;
+        }
+        worker.start_tile();
         integrator::expose(view, &places(index, size), share, tallies, worker);
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, total * share.of as usize);
-        Some((std::mem::take(&mut worker.counters), std::mem::take(&mut worker.footprint)))
+        Some(std::mem::take(&mut worker.counters))
     };
-    let traced: Option<Vec<_>> = tiles.into_par_iter().map_init(Worker::default, trace).collect();
-    let (costs, footprints): (Vec<Counters>, Vec<Footprint>) = traced?.into_iter().unzip();
+    let tiles = plate.tallies.par_chunks_mut(plate.passes).enumerate();
+    let traced: Option<Vec<_>> = tiles.map_init(Worker::default, trace).collect();
     let mut counters = Counters::default();
-    costs.into_iter().for_each(|cost| counters += cost);
-    Some((counters, footprints))
+    traced?.into_iter().for_each(|cost| counters += cost);
+    Some(counters)
 }
 
 /// The means of what the tiles of a picture add up to.

@@ -1,11 +1,14 @@
 //! What is kept of pictures while the camera stands still: the sums of the tiles, and what their rays touched.
 
+use glam::Vec3;
+
 use super::bodies::Body;
-use super::render::tile_count;
+use crate::base::limits;
 use crate::film::Tally;
 use crate::trace::Geometry;
-use crate::trace::footprint::{Boxes, Footprint};
+use crate::trace::footprint::{Boxes, Change, Changes, Lookout, Place, Trail};
 use crate::trace::geometry::Bounds;
+use crate::trace::simd::Width;
 
 /// Pictures that differ in bodies alone, as data: where each body is in each of them.
 #[derive(Debug, Default)]
@@ -13,29 +16,45 @@ pub struct Scenes {
     pub boxes: Boxes,
     /// By picture and body: the number of its state; none where it is not there.
     states: Vec<Vec<Option<u32>>>,
-    /// The box that a state lies in.
-    box_of: Vec<u32>,
+    /// The bit that stands for a state in footprints.
+    bits: Vec<u64>,
+}
+
+/// A state of a body: the first picture that it is in, and where it is.
+#[derive(Clone, Copy, Debug)]
+struct State {
+    picture: usize,
+    place: Place,
 }
 
 impl Scenes {
-    /// `bodies` by picture, the same ones in each; `None` if one of them may show everywhere, or if more than `most`
-    /// boxes are needed. Each state of a body has a box of its own, or else all that a body has share one.
+    /// `bodies` by picture, 64 pictures at most, the same bodies in each; `None` if one of them changes that may show
+    /// everywhere.
+    ///
+    /// As long as there are bits enough, each state of a body has its own; or else those share one that first are in
+    /// the same picture. The places of these are joined to what lies near them if there are more than `most`.
     pub fn new(bodies: &[Vec<Body>], most: usize) -> Option<Scenes> {
         let count = bodies.first()?.len();
-        let mut places: Vec<(usize, Bounds)> = Vec::new();
+        let mut all: Vec<State> = Vec::new();
         let mut states = vec![vec![None; count]; bodies.len()];
-        for body in 0..count {
-            let first_state = places.len();
+        for body in by_size(bodies) {
+            let is_everywhere = |all: &Vec<Body>| matches!(all[body], Body::Everywhere { .. });
+            if bodies.iter().any(is_everywhere) {
+                if bodies.iter().all(|all| all[body] == bodies[0][body]) {
+                    continue;
+                }
+                return None;
+            }
+            let first_state = all.len();
             let mut known = Vec::new();
             let mut meshes = Vec::new();
-            for (picture, all) in bodies.iter().enumerate() {
-                let mesh = match &all[body] {
-                    Body::Everywhere => return None,
-                    Body::Nothing => None,
-                    Body::Bounded { digest, bounds, mesh } => {
+            for (picture, bodies) in bodies.iter().enumerate() {
+                let mesh = match &bodies[body] {
+                    Body::Everywhere { .. } | Body::Nothing => None,
+                    Body::Bounded { digest, place, mesh } => {
                         let number = known.iter().position(|one| one == digest).unwrap_or_else(|| {
                             known.push(*digest);
-                            places.push((body, *bounds));
+                            all.push(State { picture, place: *place });
                             known.len() - 1
                         });
                         states[picture][body] = Some((first_state + number) as u32);
@@ -48,107 +67,190 @@ impl Scenes {
                 return None;
             }
         }
-        let (boxes, box_of): (Vec<Bounds>, Vec<u32>) = if places.len() <= most {
-            places.iter().enumerate().map(|(number, (_, bounds))| (*bounds, number as u32)).unzip()
-        } else if count <= most {
-            let mut whole = vec![Bounds::default(); count];
-            places.iter().for_each(|(body, bounds)| whole[*body] = whole[*body].union(*bounds));
-            (whole, places.iter().map(|(body, _)| *body as u32).collect())
+        let alone = all.len() <= most.min(u64::BITS as usize);
+        let bits: Vec<u64> =
+            all.iter().enumerate().map(|(number, state)| 1 << if alone { number } else { state.picture }).collect();
+        let places = if all.len() <= most {
+            all.iter().zip(&bits).map(|(state, bits)| (state.place, *bits)).collect()
         } else {
-            return None;
+            joined(&all, bodies.len(), most)
         };
-        Some(Scenes { boxes: Boxes::new(&boxes), states, box_of })
+        Some(Scenes { boxes: Boxes::new(&places), states, bits })
     }
 
-    /// Whether rays that crossed what the footprint has in one picture meet the same in another.
-    fn is_same(&self, footprint: &Footprint, then: usize, now: usize) -> bool {
-        let is_clear =
-            |state: Option<u32>| state.is_none_or(|number| !footprint.has(self.box_of[number as usize] as usize));
-        self.states[then].iter().zip(&self.states[now]).all(|(a, b)| a == b || is_clear(*a) && is_clear(*b))
+    /// Bits of the states that bodies left or took between two pictures.
+    fn changes(&self, then: usize, now: usize) -> u64 {
+        let bit = |state: Option<u32>| state.map_or(0, |number| self.bits[number as usize]);
+        let bodies = self.states[then].iter().zip(&self.states[now]);
+        bodies.filter(|(a, b)| a != b).fold(0, |bits, (a, b)| bits | bit(*a) | bit(*b))
     }
+
+    fn pictures(&self) -> usize {
+        self.states.len()
+    }
+}
+
+/// Numbers of the bodies, the largest first: rays that cross it in all pictures need not be held against the others.
+fn by_size(bodies: &[Vec<Body>]) -> Vec<usize> {
+    let size = |body: &Body| match body {
+        Body::Bounded { place, .. } => place.bounds().size().element_sum(),
+        Body::Nothing | Body::Everywhere { .. } => 0.0,
+    };
+    let largest = |body: usize| bodies.iter().map(|all| size(&all[body])).fold(0.0, f32::max);
+    let sizes: Vec<f32> = (0..bodies[0].len()).map(largest).collect();
+    let mut order: Vec<usize> = (0..sizes.len()).collect();
+    order.sort_by(|a, b| sizes[*b].total_cmp(&sizes[*a]));
+    order
+}
+
+/// Places of states by the picture that they first are in, each with others near it.
+fn joined(all: &[State], pictures: usize, most: usize) -> Vec<(Place, u64)> {
+    let mut places = Vec::new();
+    for picture in 0..pictures {
+        let mut some: Vec<Place> = all.iter().filter(|s| s.picture == picture).map(|s| s.place).collect();
+        halve(&mut some, (most / pictures).max(1), &mut |place| places.push((place, 1 << picture)));
+    }
+    places
+}
+
+/// Joins places to so many at most, halving them along the longest side of the box around their middles.
+fn halve(places: &mut [Place], most: usize, found: &mut impl FnMut(Place)) {
+    if places.len() <= most {
+        return places.iter().for_each(|place| found(*place));
+    }
+    if most == 1 {
+        return found(places.iter().fold(Place::default(), |all, place| all.union(*place)));
+    }
+    let middle = |place: &Place| place.bounds().center();
+    let middles: Vec<_> = places.iter().map(middle).collect();
+    let sides = Bounds::around(&middles).size();
+    let axis = (0..3).max_by(|a, b| sides[*a].total_cmp(&sides[*b])).unwrap_or(0);
+    places.sort_by(|a, b| middle(a)[axis].total_cmp(&middle(b)[axis]));
+    let (left, right) = places.split_at_mut(places.len() / 2);
+    halve(left, most / 2, found);
+    halve(right, most - most / 2, found);
 }
 
 /// A tile as it was traced last.
 #[derive(Debug)]
-struct Kept {
-    tally: Tally,
-    footprint: Footprint,
-    picture: usize,
+pub struct Kept {
+    pub tally: Tally,
+    pub trail: Trail,
+}
+
+/// What one picture told rays beside what they met.
+#[derive(Clone, Debug, PartialEq)]
+struct Air {
     /// Where all finite primitives were.
     bounds: Bounds,
+    /// What lots were drawn by; empty if none were.
+    chances: Vec<f32>,
 }
 
 /// Tiles that are kept from picture to picture.
 #[derive(Debug, Default)]
 pub struct Still {
     scenes: Scenes,
-    tiles: Vec<Option<Kept>>,
+    tiles: Vec<Kept>,
+    /// By picture.
+    air: Vec<Option<Air>>,
+    /// The point from which it is measured how far away rays start: the centre of all, at first.
+    middle: Option<Vec3>,
+    /// Memory that may be used, in bytes.
+    memory: usize,
 }
 
 impl Still {
-    /// For pictures of this width and height.
-    pub fn new(scenes: Scenes, size: [u32; 2]) -> Self {
-        Still { scenes, tiles: (0..tile_count(size)).map(|_| None).collect() }
+    pub fn new(scenes: Scenes, memory: u64) -> Self {
+        let air = vec![None; scenes.pictures()];
+        let memory = usize::try_from(memory).unwrap_or(usize::MAX);
+        Still { scenes, tiles: Vec::new(), air, middle: None, memory }
     }
 
-    pub fn boxes(&self) -> &Boxes {
-        &self.scenes.boxes
+    /// What the rays of a picture are to look out for, and the tiles.
+    pub fn parts(&mut self, picture: usize) -> (Lookout<'_>, &mut [Kept]) {
+        let Still { scenes, tiles, middle, .. } = self;
+        let later = picture + 1..scenes.pictures();
+        let live = later.fold(0, |bits, later| bits | scenes.changes(picture, later));
+        let middle = middle.unwrap_or_default();
+        (Lookout { boxes: &scenes.boxes, live, middle, width: Width::detect() }, tiles)
     }
 
-    /// Tiles that may look otherwise in a picture than they did when they were traced last; `bounds` are those of its
-    /// finite primitives. With `by_bounds` all do, if those are others than before.
-    pub fn stale(&self, picture: usize, bounds: Bounds, by_bounds: bool) -> Vec<usize> {
-        let is_same = |kept: &Kept| {
-            let is_near = |bounds| Geometry::is_near(bounds, kept.footprint.origins());
-            let starts_alike = kept.bounds == bounds || !by_bounds && is_near(bounds) && is_near(kept.bounds);
-            starts_alike && self.scenes.is_same(&kept.footprint, kept.picture, picture)
+    /// Begins a picture: `bounds` are those of its finite primitives, `chances` what lots are drawn by.
+    pub fn begin(&mut self, picture: usize, bounds: Bounds, chances: Vec<f32>) -> Changes {
+        let middle = *self.middle.get_or_insert(if bounds.is_empty() { Vec3::ZERO } else { bounds.center() });
+        let now = Air { bounds, chances };
+        // Where rays start far from all primitives, it matters where these are.
+        let near = |bounds: Bounds| {
+            let off = if bounds.is_empty() { 0.0 } else { bounds.center().distance(middle) };
+            (Geometry::nearness(bounds) * 0.999 - off * 1.001).max(0.0)
         };
-        let tiles = self.tiles.iter().enumerate();
-        tiles.filter(|(_, tile)| !tile.as_ref().is_some_and(is_same)).map(|(index, _)| index).collect()
+        let since = |then: usize| {
+            let before = self.air[then].as_ref().filter(|before| before.chances == now.chances)?;
+            let stands = before.bounds == now.bounds;
+            let near = if stands { f32::INFINITY } else { near(before.bounds).min(near(now.bounds)) };
+            Some(Change { bits: self.scenes.changes(then, picture), near: near * near })
+        };
+        let since = (0..picture).map(since).collect();
+        let next = if picture + 1 < self.scenes.pictures() { self.scenes.changes(picture, picture + 1) } else { 0 };
+        self.air[picture] = Some(now);
+        Changes { picture: picture as u8, since, next }
     }
 
-    pub fn keep(&mut self, tile: usize, tally: Tally, footprint: Footprint, picture: usize, bounds: Bounds) {
-        self.tiles[tile] = Some(Kept { tally, footprint, picture, bounds });
-    }
-
-    /// Fills in the sums of the tiles that are not stale; gives which of all tiles are.
-    pub fn fill(&self, tallies: &mut [Tally], stale: &[usize]) -> Vec<bool> {
-        let mut is_stale = vec![false; tallies.len()];
-        stale.iter().for_each(|tile| is_stale[*tile] = true);
-        for ((tally, kept), _) in tallies.iter_mut().zip(&self.tiles).zip(&is_stale).filter(|(_, stale)| !**stale) {
-            if let Some(kept) = kept {
-                tally.clone_from(&kept.tally);
-            }
+    /// Makes room for tiles, if there is none yet: without samples, of so many a pixel, each of which may be kept if
+    /// there is memory. False if there is none even for whole pixels.
+    pub fn make_room(&mut self, empty: &[Tally], pixels: impl Fn(usize) -> usize, samples: Option<u32>) -> bool {
+        if self.tiles.is_empty() {
+            let bytes = |each: u32| -> usize {
+                let tile =
+                    |(i, tally): (usize, &Tally)| tally.bytes() + size_of::<Kept>() + Trail::bytes(pixels(i), each);
+                empty.iter().enumerate().map(tile).sum()
+            };
+            let fits = |each: &u32| bytes(*each) <= self.memory;
+            let Some(each) = samples.into_iter().chain([0]).find(fits) else { return false };
+            let tile = |(i, tally): (usize, &Tally)| Kept { tally: tally.clone(), trail: Trail::new(pixels(i), each) };
+            self.tiles = empty.iter().enumerate().map(tile).collect();
         }
-        is_stale
+        true
     }
 
     pub fn bytes(&self) -> usize {
-        let tile = |kept: &Kept| kept.tally.bytes() + kept.footprint.bytes() + size_of::<Option<Kept>>();
-        self.tiles.iter().flatten().map(tile).sum()
+        let tile = |kept: &Kept| kept.tally.bytes() + kept.trail.memory() + size_of::<Kept>();
+        self.tiles.iter().map(tile).sum()
     }
 }
 
+const _: () = assert!(limits::STILL_FRAMES <= u64::BITS as usize);
+
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
+    use glam::DVec3;
 
     use super::*;
     use crate::base::digest::Digest;
     use crate::trace::Ray;
+    use crate::trace::footprint::{Footprint, Mark};
 
     fn ball(x: f32, look: u128) -> Body {
-        let center = Vec3::new(x, 0.0, 0.0);
+        let center = DVec3::X * f64::from(x);
         let digest = Digest(look << 64 | u128::from(x.to_bits()));
-        Body::Bounded { digest, bounds: Bounds { min: center - 0.4, max: center + 0.4 }, mesh: None }
+        let place = Place::new(|d| d.dot(center) + 0.4 * d.length());
+        Body::Bounded { digest, place, mesh: None }
     }
 
     /// Pictures, after the first, that look the same along a ray down at `x`.
     fn same_at(x: f32, bodies: &[Vec<Body>], most: usize) -> Vec<bool> {
         let scenes = Scenes::new(bodies, most).unwrap();
-        let mut footprint = Footprint::new(&scenes.boxes);
-        footprint.add(&scenes.boxes, &Ray::new(Vec3::new(x, 9.0, 0.0), Vec3::NEG_Y), 20.0);
-        (1..bodies.len()).map(|now| scenes.is_same(&footprint, 0, now)).collect()
+        let mut still = Still::new(scenes, 0);
+        let mut footprint = Footprint::default();
+        footprint.begin(std::iter::once(Mark::default()));
+        let ray = Ray::new(Vec3::new(x, 9.0, 0.0), Vec3::NEG_Y);
+        footprint.add(still.parts(0).0, &[ray], std::iter::once((0, 20.0)));
+        let mut trail = Trail::new(1, 1);
+        trail.keep_samples(&[0], &[Vec3::ONE], &footprint, 0);
+        still.begin(0, Bounds::default(), Vec::new());
+        let mut is_same = |picture| trail.stale(&still.begin(picture, Bounds::default(), Vec::new())).is_empty();
+        (1..bodies.len()).map(&mut is_same).collect()
     }
 
     #[test]
@@ -157,21 +259,59 @@ mod tests {
         assert_eq!(same_at(0.0, &row([0.0, 0.0, 1.0, 2.0]), 64), [true, false, false]);
         assert_eq!(same_at(2.0, &row([0.0, 0.0, 1.0, 2.0]), 64), [true, true, false]);
         assert_eq!(same_at(9.0, &row([0.0, 0.0, 1.0, 2.0]), 64), [true, true, true]);
-        // All states of a body in one box: a ray at any of its places minds every change.
-        assert_eq!(same_at(2.0, &row([0.0, 0.0, 1.0, 2.0]), 3), [true, false, false]);
+        // What is first in one picture lies in one place: a ray at the ball that rests minds that the other one moves.
+        assert_eq!(same_at(5.0, &row([0.0, 0.0, 1.0, 2.0]), 3), [true, false, false]);
+        assert_eq!(same_at(2.0, &row([0.0, 0.0, 0.0, 2.0]), 2), [true, true, false]);
         let painted = [vec![ball(0.0, 1)], vec![ball(0.0, 2)], vec![Body::Nothing]];
         assert_eq!(same_at(0.0, &painted, 64), [false, false]);
         assert_eq!(same_at(3.0, &painted, 64), [true, true]);
     }
 
     #[test]
+    fn many_bodies_share_bits_and_places() {
+        // A row of balls, each of which makes a step in another picture.
+        let row = |picture: usize| (0..40).map(|i| ball(i as f32 + if i < picture { 0.5 } else { 0.0 }, 1)).collect();
+        let pictures: Vec<Vec<Body>> = (0..41).map(row).collect();
+        for most in [41, 128, 512] {
+            for x in [0.0, 17.2, 38.9] {
+                let same = same_at(x, &pictures, most);
+                let moved = |picture: usize| (0..picture).any(|i| x > i as f32 - 0.4 && x < i as f32 + 0.9);
+                for picture in 1..41 {
+                    assert!(!(moved(picture) && same[picture - 1]), "{most} {x} {picture}");
+                }
+            }
+        }
+        assert_eq!(same_at(50.0, &pictures, 41), [true; 40]);
+    }
+
+    #[test]
     fn what_shows_everywhere_or_shares_a_mesh_with_a_stranger_is_refused() {
-        assert!(Scenes::new(&[vec![ball(0.0, 1)], vec![Body::Everywhere]], 64).is_none());
-        let Body::Bounded { digest, bounds, .. } = ball(0.0, 1) else { return };
-        let mesh = |mesh| vec![Body::Bounded { digest, bounds, mesh }];
+        let everywhere = |look| Body::Everywhere { digest: Digest(look) };
+        assert!(Scenes::new(&[vec![ball(0.0, 1)], vec![everywhere(1)]], 64).is_none());
+        assert!(Scenes::new(&[vec![everywhere(2)], vec![everywhere(1)]], 64).is_none());
+        assert!(Scenes::new(&[vec![everywhere(1)], vec![everywhere(1)]], 64).is_some());
+        let Body::Bounded { digest, place, .. } = ball(0.0, 1) else { return };
+        let mesh = |mesh| vec![Body::Bounded { digest, place, mesh }];
         assert!(Scenes::new(&[mesh(Some(1)), mesh(Some(1))], 64).is_some());
         assert!(Scenes::new(&[mesh(Some(1)), vec![Body::Nothing]], 64).is_none());
-        let many: Vec<Body> = (0..65).map(|i| ball(i as f32, 1)).collect();
-        assert!(Scenes::new(&[many.clone(), many], 64).is_none());
+    }
+
+    #[test]
+    fn other_lots_or_a_start_from_far_away_change_everything() {
+        let mut still =
+            Still::new(Scenes::new(&[vec![ball(0.0, 1)], vec![ball(1.0, 1)], vec![ball(1.0, 1)]], 64).unwrap(), 0);
+        let unit = |size: f32| Bounds { min: Vec3::ZERO, max: Vec3::splat(size) };
+        still.begin(0, unit(1.0), vec![1.0]);
+        let change = still.begin(1, unit(1.5), vec![1.0]).since[0].unwrap();
+        // Both centres lie within 0.5 of the first.
+        let reach = 3.99 * Vec3::ONE.length();
+        assert!(
+            change.bits == 0b11 && change.near < reach * reach && change.near > (reach - 0.5).powi(2),
+            "{change:?}"
+        );
+        assert_eq!(still.begin(2, unit(1.5), vec![0.5]).since, [None, None]);
+        still.begin(2, unit(1.5), vec![1.0]);
+        let changes = still.begin(2, unit(1.5), vec![1.0]);
+        assert_eq!((changes.since[1], changes.next), (Some(Change { bits: 0, near: f32::INFINITY }), 0));
     }
 }

@@ -1,183 +1,382 @@
 //! What the rays of a tile touched of that which changes from one picture to the next.
 //!
-//! While the camera stands still, all that can change in a tile is what its rays meet: the bodies that move, grow or put
-//! on another material. Where these bodies are in all pictures to come is known before the first is traced ([`Boxes`]),
-//! so a tile need only note which of their places its rays crossed ([`Footprint`]): camera rays, mirror images, shadows
-//! and bounces alike. In a later picture the tile is the same, to the bit, unless a body left or took one of those.
+//! While the camera stands still, all that can change in a sample is what its rays meet: the bodies that move, grow or
+//! put on another material. Where these bodies are in all pictures to come is known before the first is traced
+//! ([`Boxes`]), so it is enough to note which of their places the rays of a sample crossed ([`Footprint`]): camera rays,
+//! mirror images, shadows and bounces alike. In a later picture the sample is the same, to the bit, unless a body left
+//! or took one of those. [`Trail`] is what is kept of a tile, sample by sample where there is memory for that.
+//!
+//! A place is what lies between two planes across each of nine directions ([`Place`]; Kay and Kajiya, SIGGRAPH 1986):
+//! it is far nearer to what it is around than a box would be, above all around what turns.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::Ray;
 use super::geometry::Bounds;
+use super::shapes::finite_recip;
+use super::simd::{Kernel, LANES, Wide, Width};
 
-/// Boxes side by side, for one ray against all eight.
-const SIDE: usize = 8;
+mod trail;
 
-/// Places of bodies in all pictures, by number.
+pub use trail::{Change, Changes, Trail};
+
+/// Directions across which places are bounded: the axes, then the diagonals between two of them.
+const WAYS: usize = 9;
+
+/// Axes of a diagonal, and the sign of the second.
+const DIAGONALS: [(usize, usize, f32); WAYS - 3] =
+    [(0, 1, 1.0), (0, 1, -1.0), (0, 2, 1.0), (0, 2, -1.0), (1, 2, 1.0), (1, 2, -1.0)];
+
+/// Where a body can be met: by direction, the least and the greatest distance of its points along it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    low: [f32; WAYS],
+    high: [f32; WAYS],
+}
+
+/// Of nothing.
+impl Default for Place {
+    fn default() -> Self {
+        Place { low: [f32::INFINITY; WAYS], high: [f32::NEG_INFINITY; WAYS] }
+    }
+}
+
+impl Place {
+    /// `farthest` tells how far a shape reaches along a direction of any length: the greatest product of one of its
+    /// points and the direction.
+    pub fn new(farthest: impl Fn(DVec3) -> f64) -> Self {
+        let mut place = Place::default();
+        for way in 0..WAYS {
+            let direction = direction(way).as_dvec3();
+            place.low[way] = -farthest(-direction) as f32;
+            place.high[way] = farthest(direction) as f32;
+        }
+        place
+    }
+
+    pub fn union(self, other: Place) -> Self {
+        Place {
+            low: std::array::from_fn(|way| self.low[way].min(other.low[way])),
+            high: std::array::from_fn(|way| self.high[way].max(other.high[way])),
+        }
+    }
+
+    /// The box around it.
+    pub fn bounds(&self) -> Bounds {
+        let corner = |of: &[f32; WAYS]| Vec3::new(of[0], of[1], of[2]);
+        Bounds { min: corner(&self.low), max: corner(&self.high) }
+    }
+
+    /// With so much more room on all sides.
+    pub fn wider(mut self, by: f64) -> Self {
+        self.low.iter_mut().for_each(|low| *low -= by as f32);
+        self.high.iter_mut().for_each(|high| *high += by as f32);
+        self
+    }
+
+    /// With room for all roundings of those who trace rays.
+    fn widened(self) -> Self {
+        let bounds = self.bounds();
+        let pad = 1e-4 * bounds.size().max_element() + 2e-5 * bounds.min.abs().max(bounds.max.abs()).max_element();
+        self.wider(f64::from(pad))
+    }
+}
+
+fn direction(way: usize) -> Vec3 {
+    let Some((a, b, sign)) = way.checked_sub(3).map(|i| DIAGONALS[i]) else { return Vec3::AXES[way] };
+    Vec3::AXES[a] + Vec3::AXES[b] * sign
+}
+
+/// Places of bodies in all pictures.
 #[derive(Clone, Debug, Default)]
 pub struct Boxes {
     octets: Vec<Octet>,
+    /// Around eight octets each, so that most need not be looked at.
+    tops: Vec<Top>,
     /// Around all of them: most rays need no more.
     around: Bounds,
-    count: usize,
+}
+
+/// Eight places side by side, for one ray against all of them.
+#[derive(Clone, Debug)]
+struct Octet {
+    around: Bounds,
+    /// The bits of each, and those of all.
+    bits: [u64; LANES],
+    all: u64,
+    low: [[f32; LANES]; WAYS],
+    high: [[f32; LANES]; WAYS],
 }
 
 #[derive(Clone, Debug)]
-struct Octet {
-    around: [Vec3; 2],
-    /// By axis.
-    min: [[f32; SIDE]; 3],
-    max: [[f32; SIDE]; 3],
+struct Top {
+    all: u64,
+    min: [[f32; LANES]; 3],
+    max: [[f32; LANES]; 3],
 }
 
 /// Share of its distance by which a ray may be off, far above what roundings make of it.
 const SLACK: f32 = 1e-5;
 
+/// Share of the distance of its start from the middle of the world by which it may be off to the side.
+const OFF: f32 = 2e-6;
+
+/// Lanes beyond the last box lie nowhere near.
+const NOWHERE: f32 = 1e30;
+
 impl Boxes {
-    /// Boxes that follow each other should lie near each other.
-    pub fn new(places: &[Bounds]) -> Self {
-        let octet = |places: &[Bounds]| {
-            let padded: Vec<Bounds> = places.iter().map(|place| widened(*place)).collect();
-            let all = padded.iter().fold(Bounds::default(), |all, one| all.union(*one));
-            // What is missing to eight is nowhere.
-            let get = |pick: fn(&Bounds) -> Vec3, axis: usize, none: f32| {
-                std::array::from_fn(|i| padded.get(i).map_or(none, |place| pick(place)[axis]))
-            };
-            Octet {
-                around: [all.min, all.max],
-                min: std::array::from_fn(|axis| get(|place| place.min, axis, f32::INFINITY)),
-                max: std::array::from_fn(|axis| get(|place| place.max, axis, f32::NEG_INFINITY)),
-            }
-        };
-        let octets: Vec<Octet> = places.chunks(SIDE).map(octet).collect();
-        let all = |all: Bounds, octet: &Octet| all.union(Bounds { min: octet.around[0], max: octet.around[1] });
-        Boxes { around: octets.iter().fold(Bounds::default(), all), octets, count: places.len() }
+    /// Places, and the bits that stand for them in footprints: several may share one. Those that follow each other
+    /// should lie near each other.
+    pub fn new(places: &[(Place, u64)]) -> Self {
+        let octets: Vec<Octet> = places.chunks(LANES).map(Octet::new).collect();
+        let tops = octets.chunks(LANES).map(Top::new).collect();
+        Boxes { around: octets.iter().fold(Bounds::default(), |all, octet| all.union(octet.around)), octets, tops }
     }
-
-    pub fn len(&self) -> usize {
-        self.count
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.count == 0
-    }
-}
-
-fn widened(place: Bounds) -> Bounds {
-    let pad = 1e-4 * place.size().max_element() + 1e-5 * place.min.abs().max(place.max.abs()).max_element();
-    Bounds { min: place.min - pad, max: place.max + pad }
-}
-
-/// What the rays of one tile crossed.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Footprint {
-    /// Bits of the boxes, eight a byte.
-    crossed: Vec<u8>,
-    /// Around the points that the rays start from.
-    origins: Bounds,
-}
-
-impl Footprint {
-    pub fn new(boxes: &Boxes) -> Self {
-        Footprint { crossed: vec![0; boxes.octets.len()], origins: Bounds::default() }
-    }
-
-    /// Whether a ray crossed the box of this number.
-    pub fn has(&self, number: usize) -> bool {
-        self.crossed[number / SIDE] >> (number % SIDE) & 1 == 1
-    }
-
-    pub fn origins(&self) -> Bounds {
-        self.origins
-    }
-
-    pub fn bytes(&self) -> usize {
-        self.crossed.len() + size_of::<Self>()
-    }
-
-    /// Notes what a ray crosses before `end`.
-    #[inline]
-    pub fn add(&mut self, boxes: &Boxes, ray: &Ray, end: f32) {
-        self.origins = Bounds { min: self.origins.min.min(ray.origin), max: self.origins.max.max(ray.origin) };
-        let inverse = 1.0 / ray.direction;
-        let end = end + end * SLACK;
-        if is_apart([boxes.around.min, boxes.around.max], ray.origin, inverse, end) {
-            return;
-        }
-        for (octet, bits) in boxes.octets.iter().zip(&mut self.crossed) {
-            if *bits != u8::MAX && !is_apart(octet.around, ray.origin, inverse, end) {
-                *bits |= octet.crossed(ray.origin, inverse, end);
-            }
-        }
-    }
-}
-
-/// Whether a ray misses a box for certain: not where a distance is no number.
-#[inline(always)]
-fn is_apart(corners: [Vec3; 2], origin: Vec3, inverse: Vec3, end: f32) -> bool {
-    let [min, max] = corners.map(|corner| (corner - origin) * inverse);
-    let (enter, leave) = (min.min(max).max_element(), min.max(max).min_element());
-    enter.max(0.0) * (1.0 - SLACK) > leave.min(end) * (1.0 + SLACK)
 }
 
 impl Octet {
-    #[inline]
-    fn crossed(&self, origin: Vec3, inverse: Vec3, end: f32) -> u8 {
-        let (mut enter, mut leave) = ([0.0f32; SIDE], [end; SIDE]);
+    fn new(places: &[(Place, u64)]) -> Self {
+        let (mut low, mut high) = ([[NOWHERE; LANES]; WAYS], [[NOWHERE; LANES]; WAYS]);
+        let (mut bits, mut around) = ([0; LANES], Bounds::default());
+        for (lane, (place, bit)) in places.iter().enumerate() {
+            let place = place.widened();
+            for way in 0..WAYS {
+                (low[way][lane], high[way][lane]) = (place.low[way], place.high[way]);
+            }
+            bits[lane] = *bit;
+            around = around.union(place.bounds());
+        }
+        Octet { around, bits, all: bits.iter().fold(0, |all, bit| all | bit), low, high }
+    }
+
+    /// Bits of the places that a ray crosses.
+    #[inline(always)]
+    fn crossed<L: Wide>(&self, probe: &Probe, slanted: &mut Option<Slanted>) -> u64 {
+        let mut enter = L::splat(0.0);
+        let mut leave = L::splat(probe.end);
+        for way in 0..3 {
+            let sides = [L::load(&self.low[way]), L::load(&self.high[way])];
+            (enter, leave) = probe.clip([enter, leave], sides, probe.origin[way], probe.inverse[way]);
+        }
+        if met(enter, leave) == 0 {
+            return 0;
+        }
+        let Slanted { from, inverse } = slanted.get_or_insert_with(|| Slanted::new(probe));
+        for i in 0..DIAGONALS.len() {
+            let sides = [L::load(&self.low[3 + i]), L::load(&self.high[3 + i])];
+            (enter, leave) = probe.clip([enter, leave], sides, from[i], inverse[i]);
+        }
+        let mut lanes = met(enter, leave);
+        let mut found = 0;
+        while lanes != 0 {
+            found |= self.bits[lanes.trailing_zeros() as usize];
+            lanes &= lanes - 1;
+        }
+        found
+    }
+}
+
+impl Top {
+    fn new(octets: &[Octet]) -> Self {
+        let side = |pick: fn(&Bounds) -> Vec3, axis: usize| {
+            std::array::from_fn(|i| octets.get(i).map_or(NOWHERE, |octet| pick(&octet.around)[axis]))
+        };
+        Top {
+            all: octets.iter().fold(0, |all, octet| all | octet.all),
+            min: std::array::from_fn(|axis| side(|around| around.min, axis)),
+            max: std::array::from_fn(|axis| side(|around| around.max, axis)),
+        }
+    }
+
+    /// Octets that a ray may cross, by bit.
+    #[inline(always)]
+    fn near<L: Wide>(&self, probe: &Probe) -> u32 {
+        let mut enter = L::splat(0.0);
+        let mut leave = L::splat(probe.end);
         for axis in 0..3 {
-            let (from, by) = (origin[axis], inverse[axis]);
-            for i in 0..SIDE {
-                let (a, b) = ((self.min[axis][i] - from) * by, (self.max[axis][i] - from) * by);
-                enter[i] = enter[i].max(a.min(b));
-                leave[i] = leave[i].min(a.max(b));
+            let sides = [L::load(&self.min[axis]), L::load(&self.max[axis])];
+            (enter, leave) = probe.clip([enter, leave], sides, probe.origin[axis], probe.inverse[axis]);
+        }
+        met(enter, leave)
+    }
+}
+
+/// A ray as it is held against places.
+struct Probe {
+    origin: Vec3,
+    direction: Vec3,
+    inverse: Vec3,
+    end: f32,
+    /// How far off a ray from so far away may be.
+    off: f32,
+}
+
+impl Probe {
+    #[inline(always)]
+    fn new(ray: &Ray, end: f32) -> Self {
+        let [x, y, z] = ray.direction.to_array().map(finite_recip::<f32>);
+        Probe {
+            origin: ray.origin,
+            direction: ray.direction,
+            inverse: Vec3::new(x, y, z),
+            end: end + end * SLACK,
+            off: OFF * ray.origin.abs().max_element(),
+        }
+    }
+
+    /// What is left of the ray between two sides, from where it starts along them.
+    #[inline(always)]
+    fn clip<L: Wide>(&self, [enter, leave]: [L; 2], [low, high]: [L; 2], from: f32, inverse: f32) -> (L, L) {
+        let by = L::splat(inverse);
+        let (a, b) = ((low - L::splat(from + self.off)) * by, (high - L::splat(from - self.off)) * by);
+        (enter.max(a.min(b)), leave.min(a.max(b)))
+    }
+
+    /// Whether it misses a box for certain.
+    #[inline(always)]
+    fn misses(&self, around: &Bounds) -> bool {
+        let min = (around.min - (self.origin + self.off)) * self.inverse;
+        let max = (around.max - (self.origin - self.off)) * self.inverse;
+        let (enter, leave) = (min.min(max).max_element(), min.max(max).min_element());
+        enter.max(0.0) * (1.0 - SLACK) > leave.min(self.end) * (1.0 + SLACK)
+    }
+}
+
+/// A ray along the diagonals.
+struct Slanted {
+    from: [f32; DIAGONALS.len()],
+    inverse: [f32; DIAGONALS.len()],
+}
+
+impl Slanted {
+    #[inline(always)]
+    fn new(probe: &Probe) -> Self {
+        let (mut from, mut inverse) = ([0.0; DIAGONALS.len()], [0.0; DIAGONALS.len()]);
+        for (i, (first, second, sign)) in DIAGONALS.into_iter().enumerate() {
+            from[i] = probe.origin[first] + sign * probe.origin[second];
+            inverse[i] = finite_recip(probe.direction[first] + sign * probe.direction[second]);
+        }
+        Slanted { from, inverse }
+    }
+}
+
+/// Lanes in which something is left of the ray.
+#[inline(always)]
+fn met<L: Wide>(enter: L, leave: L) -> u32 {
+    L::bits((enter * L::splat(1.0 - SLACK)).le(leave * L::splat(1.0 + SLACK)))
+}
+
+/// Places to look out for: those that rays of this picture may be asked about later have their bits in `live`.
+#[derive(Clone, Copy, Debug)]
+pub struct Lookout<'a> {
+    pub boxes: &'a Boxes,
+    pub live: u64,
+    /// The point from which it is measured how far away rays start.
+    pub middle: Vec3,
+    pub width: Width,
+}
+
+/// What the rays of one sample, or of one pixel, touched.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mark {
+    /// Bits of the places that they crossed.
+    pub crossed: u64,
+    /// Square of the farthest distance of a start from the middle.
+    pub far: f32,
+}
+
+impl Mark {
+    /// Of rays that are not held against any place: they may have crossed all.
+    pub const UNTESTED: Mark = Mark { crossed: u64::MAX, far: 0.0 };
+
+    fn join(&mut self, other: Mark) {
+        *self = Mark { crossed: self.crossed | other.crossed, far: self.far.max(other.far) };
+    }
+}
+
+/// What the rays of samples crossed.
+#[derive(Clone, Debug, Default)]
+pub struct Footprint {
+    /// By sample of the batch.
+    marks: Vec<Mark>,
+    /// By pixel of the tile, where pixels are kept as wholes.
+    pixels: Vec<Mark>,
+    /// Sample and end of each ray of a wave.
+    ends: Vec<(u32, f32)>,
+}
+
+impl Footprint {
+    /// Before the first ray of a batch, with what is known of each sample.
+    pub fn begin(&mut self, samples: impl Iterator<Item = Mark>) {
+        self.marks.clear();
+        self.marks.extend(samples);
+    }
+
+    /// What the rays of the samples of the batch touched.
+    pub fn marks(&self) -> &[Mark] {
+        &self.marks
+    }
+
+    /// Puts a sample of the batch down to its pixel.
+    pub fn put_down(&mut self, sample: usize, pixel: usize) {
+        self.pixels[pixel].join(self.marks[sample]);
+    }
+
+    /// As [`Self::begin`], with samples of these pixels.
+    pub fn begin_of_pixels(&mut self, pixels: impl Iterator<Item = usize>) {
+        self.marks.clear();
+        self.marks.extend(pixels.map(|pixel| self.pixels[pixel]));
+    }
+
+    /// Notes what rays cross, each of a sample and before an end.
+    pub fn add(&mut self, lookout: Lookout, rays: &[Ray], ends: impl Iterator<Item = (u32, f32)>) {
+        let Footprint { marks, ends: all, .. } = self;
+        all.clear();
+        all.extend(ends);
+        lookout.width.run(Crossing { lookout, rays, ends: all, marks });
+    }
+}
+
+struct Crossing<'a> {
+    lookout: Lookout<'a>,
+    rays: &'a [Ray],
+    ends: &'a [(u32, f32)],
+    marks: &'a mut [Mark],
+}
+
+impl Kernel for Crossing<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Wide>(self) {
+        let Crossing { lookout: Lookout { boxes, live, middle, .. }, rays, ends, marks } = self;
+        for (ray, (sample, end)) in rays.iter().zip(ends) {
+            let Mark { crossed, far } = &mut marks[*sample as usize];
+            *far = far.max(ray.origin.distance_squared(middle));
+            if live & !*crossed == 0 {
+                continue;
+            }
+            let probe = Probe::new(ray, *end);
+            if probe.misses(&boxes.around) {
+                continue;
+            }
+            let mut slanted = None;
+            for (top, octets) in boxes.tops.iter().zip(boxes.octets.chunks(LANES)) {
+                if top.all & live & !*crossed == 0 {
+                    continue;
+                }
+                let mut near = top.near::<L>(&probe) & ((1 << octets.len()) - 1);
+                while near != 0 {
+                    let octet = &octets[near.trailing_zeros() as usize];
+                    if octet.all & live & !*crossed != 0 {
+                        *crossed |= octet.crossed::<L>(&probe, &mut slanted);
+                    }
+                    near &= near - 1;
+                }
             }
         }
-        (0..SIDE).fold(0, |bits, i| bits | u8::from(enter[i] * (1.0 - SLACK) <= leave[i] * (1.0 + SLACK)) << i)
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    fn cube(center: Vec3, half: f32) -> Bounds {
-        Bounds { min: center - half, max: center + half }
-    }
-
-    fn crossed(places: &[Bounds], ray: &Ray, end: f32) -> Vec<usize> {
-        let boxes = Boxes::new(places);
-        let mut footprint = Footprint::new(&boxes);
-        footprint.add(&boxes, ray, end);
-        (0..boxes.len()).filter(|i| footprint.has(*i)).collect()
-    }
-
-    #[test]
-    fn a_ray_crosses_what_lies_before_its_end() {
-        let row: Vec<Bounds> = (0..20).map(|i| cube(Vec3::X * i as f32, 0.2)).collect();
-        let along = Ray::new(Vec3::new(-5.0, 0.0, 0.0), Vec3::X);
-        assert_eq!(crossed(&row, &along, 8.5), [0, 1, 2, 3]);
-        assert_eq!(crossed(&row, &along, f32::INFINITY).len(), 20);
-        assert_eq!(crossed(&row, &Ray::new(Vec3::X * 3.0, Vec3::Y), 1.0), [3]);
-        assert_eq!(crossed(&row, &Ray::new(Vec3::new(3.5, 0.0, 0.0), Vec3::Z), 9.0), [0usize; 0]);
-        assert_eq!(crossed(&row, &Ray::new(Vec3::Y, Vec3::X), 9.0), [0usize; 0]);
-    }
-
-    proptest! {
-        /// Whatever point of the ray lies in a box, the ray crosses it.
-        #[test]
-        fn no_box_on_the_way_is_missed(
-            origin in prop::array::uniform3(-50.0f32..50.0),
-            toward in prop::array::uniform3(-1.0f32..1.0),
-            at in prop::collection::vec((0.0f32..80.0, 1e-3f32..5.0, prop::array::uniform3(-1.0f32..1.0)), 1..20),
-        ) {
-            let direction = Vec3::from(toward).normalize_or(Vec3::X);
-            let ray = Ray::new(origin.into(), direction);
-            let place = |(t, half, off): &(f32, f32, [f32; 3])| {
-                cube(ray.origin + direction * *t + Vec3::from(*off) * *half * 0.999, *half)
-            };
-            let places: Vec<Bounds> = at.iter().map(place).collect();
-            prop_assert_eq!(crossed(&places, &ray, 80.0).len(), places.len());
-        }
-    }
-}
+mod tests;

@@ -5,7 +5,7 @@
 //! whatever finds it, on whatever processor, the answer is the same to the bit. [`surface`] says where a hit is and how
 //! exactly that is known. [`integrator`] follows light through waves of [`camera`] rays and what they give rise to, over
 //! [`lights`], [`surfacing`] (materials) and the [`bsdf`] of a point, with [`texture`]s, in an [`environment`], fed by the
-//! stateless [`sampler`]. [`footprint`] notes what the rays of a tile crossed, [`before`] tells what has moved since the
+//! stateless [`sampler`]. [`footprint`] notes what the rays of a sample crossed, [`before`] tells what has moved since the
 //! frame before.
 
 pub mod accel;

@@ -5,9 +5,12 @@ use std::fmt::Write;
 
 use crate::tool::{Desk, Run};
 
+fn number(line: &str, key: &str) -> u64 {
+    serde_json::from_str::<serde_json::Value>(line).unwrap()[key].as_u64().unwrap()
+}
+
 fn sum(run: &Run, key: &str) -> u64 {
-    let number = |line: &str| serde_json::from_str::<serde_json::Value>(line).unwrap()[key].as_u64().unwrap();
-    run.stdout.lines().map(number).sum()
+    run.stdout.lines().map(|line| number(line, key)).sum()
 }
 
 fn pictures(desk: &Desk, folder: &str) -> BTreeMap<String, Vec<u8>> {
@@ -237,44 +240,137 @@ impl Dice {
     }
 }
 
+/// A room with something of everything, and settings of chance.
+fn random_room(dice: &mut Dice) -> String {
+    let mut pick = |of: &[&str]| of[dice.roll(of.len() as u64) as usize].to_string();
+    let more = [
+        pick(&["", "aperture: 0.2, focus_distance: 7.0,"]),
+        pick(&["", "transparent_shadows: true,", "noise_threshold: 0.05, min_samples: 4,"]),
+        pick(&["", "filter: Mitchell,", "denoise: true,", "sky: ((0.3, 0.4, 0.8), (0.8, 0.8, 0.8), (0.2, 0.2, 0.1)),"]),
+        pick(&["", "shadows: Fixed, shadow_samples: 4,", "shadows: Hard,"]),
+        pick(&["mirror", "tiled", "rough"]),
+        pick(&["plane: ()", "aabox: (min: (-6.0, -0.2, -6.0), max: (6.0, 0.0, 6.0))"]),
+    ];
+    let [camera, tracing, film, shadows, worn, floor] = more;
+    format!(
+        r#"(
+    camera: (from: (0.5, 2.5, 7.0), at: (0.0, 0.6, 0.0), {camera}),
+    render: (background: (0.1, 0.1, 0.2), max_depth: 4, {tracing} {film} {shadows}),
+    materials: {{
+        "mirror": (diffuse: 0.4, reflection: 0.3),
+        "glossy": (diffuse: 0.2, reflection: 0.7, gloss: 0.1),
+        "glass": (diffuse: 0.0, specular: 0.4, transmission: 1.0, ior: 1.5),
+        "rough": (model: Plastic, color: (0.2, 0.4, 0.7), ior: 1.5, roughness: 0.3),
+        "tiled": (color_map: (pattern: Checker, scale: 4.0), bump: (pattern: Noise, depth: 0.05), reflection: 0.1),
+    }},
+    entities: [
+        (name: "floor", {floor}, material: "{worn}"),
+        (name: "hub", transform: (translation: (0.2, 0.6, 0.0))),
+        (name: "a", mesh: ({OCTAHEDRON}), transform: (translation: (1.0, 0.0, 0.0), parent: "hub"), material: "glossy"),
+        (name: "b", mesh: ({OCTAHEDRON}), transform: (translation: (-1.0, 0.2, 0.3), scale: (0.4, 0.8, 0.5), parent: "hub")),
+        (name: "c", sphere: (radius: 0.4), transform: (translation: (-0.4, 0.4, 1.5)), material: "glass"),
+        (name: "d", cylinder: (radius: 0.3), transform: (translation: (2.0, 0.3, -1.0)), material: "tiled"),
+        (name: "e", aabox: (), transform: (translation: (-2.2, 0.5, -1.0)), material: "rough"),
+        (sphere: (center: (0.0, 0.3, -2.0), radius: 0.3), material: "mirror"),
+        (name: "key", point_light: (position: (3.0, 6.0, 4.0), color: (0.7, 0.7, 0.6))),
+        (name: "fill", area_light: (size: (2.0, 2.0), color: (9.0, 9.0, 12.0), falloff: InverseSquare),
+            transform: (translation: (-4.0, 5.0, 2.0))),
+    ],
+)"#
+    )
+}
+
+const OCTAHEDRON: &str = "vertices: [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], \
+     triangles: [(2, 4, 0), (2, 0, 5), (2, 5, 1), (2, 1, 4), (3, 0, 4), (3, 5, 0), (3, 1, 5), (3, 4, 1)]";
+
 /// A script whose frames change one thing or another.
-fn random_script(seed: u64) -> String {
-    let mut dice = Dice(seed);
-    let mut script = String::from("animation(#{ scene: \"a.ron\", frames: 6 });\nfn frame(s, f) {\n");
-    for frame in 1..=6 {
-        for _ in 0..dice.roll(3) {
-            let x = dice.roll(40) as f64 / 10.0 - 2.0;
-            let edit = match dice.roll(16) {
-                0 | 11 => format!("s.get(\"a\").translation = [{x}, 0.7, 0.5];"),
-                1 | 12 => format!("s.get(\"b\").translation = [{x}, 0.5, 1.5];"),
-                2 => format!("s.get(\"c\").scale = {};", x + 3.0),
-                3 => format!("s.material(\"red\").color = [0.5, {}, 0.1];", x.abs()),
-                4 => format!("s.get(\"key\").color = [{}, 0.5, 0.5];", x.abs()),
-                5 => format!("s.spawn(#{{ aabox: #{{}}, translation: [{x}, 0.5, 3.0], material: \"red\" }});"),
-                6 => "s.despawn(s.get(\"c\"));".into(),
-                7 => format!("s.camera.fov = {};", 40.0 + x),
-                8 => format!("s.get(\"fill\").translation = [{x}, 5, 2];"),
-                9 => format!("s.material(\"red\").emission = [1, {}, 0];", x.abs()),
-                14 => format!("s.render.background = [0.1, {}, 0.2];", x.abs()),
-                _ => format!("s.get(\"a\").material = \"{}\";", if x > 0.0 { "red" } else { "mirror" }),
-            };
-            let _ = writeln!(script, "    if f.number == {frame} {{ {edit} }}");
-        }
+fn random_script(dice: &mut Dice) -> String {
+    let mut script = String::from("animation(#{ scene: \"a.ron\", frames: 5 });\nfn frame(s, f) {\n");
+    for _ in 0..1 + dice.roll(3) {
+        let name = ["a", "b", "c", "d", "e"][dice.roll(5) as usize];
+        let x = dice.roll(40) as f64 / 10.0 - 2.0;
+        let edit = match dice.roll(20) {
+            0..4 => "s.get(\"hub\").yaw = 200 * f.t;".into(),
+            4..7 => format!("s.get(\"{name}\").translation = [{x} + f.t, 0.6, 0.5];"),
+            7..9 => format!("s.get(\"{name}\").yaw = 90 * f.t;"),
+            9 => format!("s.get(\"{name}\").scale = 0.5 + 0.5 * f.t;"),
+            10 | 11 => format!("s.get(\"{name}\").material = \"mirror\";"),
+            12 => "s.material(\"mirror\").color = [0.5, f.t, 0.1];".into(),
+            13 | 14 => {
+                format!(
+                    "s.spawn(#{{ sphere: #{{ radius: 0.3 }}, translation: [{x}, f.t, 2.0], material: \"glass\" }});"
+                )
+            }
+            15 => format!("s.despawn(s.get(\"{name}\"));"),
+            16 => format!("s.camera.fov = {};", 40.0 + x),
+            17 => "s.get(\"key\").color = [f.t, 0.5, 0.5]; s.render.background = [0.1, f.t, 0.2];".into(),
+            18 => format!("s.get(\"fill\").translation = [{x}, 5, 2];"),
+            _ => "s.material(\"tiled\").emission = [1, 1, 0];".into(),
+        };
+        let when = match dice.roll(4) {
+            0 => format!("if f.number == {} ", 1 + dice.roll(5)),
+            1 => format!("if f.number > {} ", 1 + dice.roll(4)),
+            _ => String::new(),
+        };
+        let _ = writeln!(script, "    {when}{{ {edit} }}");
     }
     script + "}"
 }
 
-#[test]
-fn random_edits_give_the_bytes_of_a_fresh_run() {
+/// Sequences of chance under an integrator, rendered both ways.
+fn random_edits(integrator: &str, seeds: std::ops::Range<u64>) {
     let desk = Desk::new();
-    desk.write("a.ron", ROOM);
-    let mut kept = 0;
-    for seed in 0..2 {
-        desk.write("a.rhai", random_script(seed));
-        for integrator in INTEGRATORS {
-            let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 80x64 --spp 1"));
-            kept += sum(&run, "tiles_kept");
-        }
+    let mut kept = 0.0;
+    for seed in seeds {
+        let mut dice = Dice(seed);
+        desk.write("a.ron", random_room(&mut dice)).write("a.rhai", random_script(&mut dice));
+        let size = ["--size 32x24 --spp 4", "--size 40x30 --spp 1"][seed as usize % 2];
+        let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} {size}"));
+        let share = |line: &str| serde_json::from_str::<serde_json::Value>(line).unwrap()["share_kept"].as_f64();
+        kept += run.stdout.lines().filter_map(share).sum::<f64>();
     }
-    assert!(kept > 0);
+    assert!(kept > 0.0);
+}
+
+#[test]
+fn random_edits_give_the_bytes_of_a_fresh_whitted_run() {
+    random_edits("whitted", 0..3);
+}
+
+#[test]
+fn random_edits_give_the_bytes_of_a_fresh_distribution_run() {
+    random_edits("distribution", 10..14);
+}
+
+#[test]
+fn random_edits_give_the_bytes_of_a_fresh_path_run() {
+    random_edits("path", 20..23);
+}
+
+#[test]
+fn short_of_memory_pixels_are_kept_as_wholes() {
+    let desk = Desk::new();
+    let script = "animation(#{ scene: \"a.ron\", frames: 4 });\n\
+                  fn frame(s, f) { s.get(\"b\").translation = [1.5, 0.5 + f.t, 1.0]; }";
+    desk.write("a.ron", ROOM).write("a.rhai", script);
+    let run = |memory: u32| same_bytes(&desk, "a.rhai", &format!("--size 64x48 --spp 16 --reuse-memory {memory}"));
+    let (little, ample) = (run(1), run(64));
+    let most = |run: &Run| run.stdout.lines().map(|line| number(line, "reuse_bytes")).max().unwrap();
+    assert!(most(&little) <= 1 << 20 && most(&ample) > 1 << 20, "{} {}", most(&little), most(&ample));
+    assert!(sum(&little, "tiles_kept") > 0 && sum(&ample, "tiles_kept") > 0);
+    // Samples are finer than pixels.
+    assert!(sum(&ample, "primary_rays") < sum(&little, "primary_rays"));
+}
+
+#[test]
+fn a_turning_piece_before_a_mirror_costs_what_sees_it() {
+    let desk = Desk::new();
+    let script = "animation(#{ scene: \"a.ron\", frames: 4, mode: \"loop\" });\n\
+                  fn frame(s, f) { s.get(\"c\").yaw = 360 * f.t; s.get(\"b\").translation = [1.5, 0.5 + f.t, 1.0]; }";
+    desk.write("a.ron", ROOM).write("a.rhai", script);
+    for integrator in INTEGRATORS {
+        let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 64x48"));
+        let (first, all) = (number(run.stdout.lines().next().unwrap(), "primary_rays"), sum(&run, "primary_rays"));
+        assert!(all < first * 3, "{integrator}: {all} of {first} a frame");
+    }
 }

@@ -320,11 +320,11 @@ impl Geometry {
         }
     }
 
-    /// Whether no ray that starts in `origins` would be moved by [`Self::approach`], for primitives within `bounds`.
-    pub fn is_near(bounds: Bounds, origins: Bounds) -> bool {
-        let farthest = (origins.min - bounds.center()).abs().max((origins.max - bounds.center()).abs());
+    /// Distance from the centre of `bounds` within which no ray that starts there would be moved by [`Self::approach`],
+    /// for primitives within `bounds`.
+    pub fn nearness(bounds: Bounds) -> f32 {
         // With room for the roundings of the one that decides.
-        bounds.is_empty() || farthest.length_squared() < 15.9 * bounds.size().length_squared()
+        if bounds.is_empty() { f32::INFINITY } else { 3.99 * bounds.size().length() }
     }
 
     /// A ray that starts far from all finite primitives, moved up to them: distance moved, and the ray from there.

@@ -27,13 +27,21 @@ pub struct Noise {
     pub exposure: f64,
 }
 
+/// The bit of the block that a pixel lies in, in its tile.
+fn block([x, y]: [u32; 2]) -> u16 {
+    1 << (x / BLOCK % BLOCK + y / BLOCK % BLOCK * BLOCK)
+}
+
+/// Pixels of a tile that share a block with one of these, in order.
+pub fn whole_blocks(places: &[[u32; 2]], pixels: &[u32]) -> Vec<u32> {
+    let blocks = pixels.iter().fold(0, |blocks, pixel| blocks | block(places[*pixel as usize]));
+    (0..places.len() as u32).filter(|pixel| blocks & block(places[*pixel as usize]) != 0).collect()
+}
+
 impl Noise {
     /// Keeps those of the active pixels of a tile that need more samples.
     pub fn retain_noisy(&self, places: &[[u32; 2]], tally: &Tally, active: &mut Vec<u32>) {
-        let block = |pixel: u32| {
-            let [x, y] = places[pixel as usize];
-            1u16 << (x / BLOCK % BLOCK + y / BLOCK % BLOCK * BLOCK)
-        };
+        let block = |pixel: u32| block(places[pixel as usize]);
         let gain = libm::exp2(self.exposure);
         let noisy = |pixel: u32| tally.spread(pixel as usize).is_some_and(|spread| self.shows(spread, gain));
         let blocks = active.iter().filter(|p| noisy(**p)).fold(0, |blocks, p| blocks | block(*p));

@@ -8,9 +8,11 @@
 //! [`recursive`] is Whitted (CACM 1980) and distribution ray tracing (Cook, Porter, Carpenter, SIGGRAPH 1984): every
 //! hit spawns all the rays that its material asks for. What a Whitted picture leaves out (lens, gloss, soft shadows) is
 //! switched off when the settings are resolved. [`path`] is path tracing (Kajiya 1986): every hit goes on in one
-//! direction, chosen at random; [`photon`] reads indirect light from photons instead. No contribution is cut off for being small.
+//! direction, chosen at random; [`photon`] reads indirect light from photons instead. No contribution is cut off for
+//! being small. [`again`] takes only those samples that may look otherwise than in a picture before.
 
 mod adaptive;
+mod again;
 mod classic;
 mod feature;
 mod group;
@@ -25,7 +27,7 @@ use glam::Vec3;
 use super::before::Before;
 use super::camera::CameraRays;
 use super::environment::Environment;
-use super::footprint::Boxes;
+use super::footprint::Lookout;
 use super::lights::Lights;
 use super::sampler::{Domain, Eight, Node, Sampler};
 use super::simd::{Kernel, LANES, Wide, Width, lane};
@@ -36,6 +38,7 @@ use crate::base::random::combine;
 use crate::components::{Fresnel, Integrator, Render, Shadows};
 use crate::film::{FilterTable, Tally};
 pub use adaptive::Noise;
+pub use again::expose_again;
 pub use photon::{Guide, Photons, Shelf};
 pub use wave::Buffers;
 use wave::Lot;
@@ -149,7 +152,7 @@ pub struct View<'a> {
     /// Passes that lights are divided into, 1 at least.
     pub passes: usize,
     /// Places that are noted where rays cross them.
-    pub boxes: Option<&'a Boxes>,
+    pub lookout: Option<Lookout<'a>>,
     /// What a pass of photon mapping knows of the light.
     pub photons: Option<&'a Photons>,
 }
@@ -198,7 +201,18 @@ const BATCH: usize = 2048;
 ///
 /// There is a tally for each pass; all but the light of what has a pass of its own goes into the first.
 pub fn expose(view: View, places: &[[u32; 2]], share: Share, tallies: &mut [Tally], worker: &mut Worker) {
-    let mut active: Vec<u32> = (0..places.len() as u32).collect();
+    expose_pixels(view, places, (0..places.len() as u32).collect(), share, tallies, worker);
+}
+
+/// As [`expose`], of some of the pixels: all of a block, where noise decides about rounds.
+fn expose_pixels(
+    view: View,
+    places: &[[u32; 2]],
+    mut active: Vec<u32>,
+    share: Share,
+    tallies: &mut [Tally],
+    worker: &mut Worker,
+) {
     for round in 0..view.settings.rounds {
         if let Some(noise) = view.settings.noise.filter(|_| round > 0 && share == Share::WHOLE) {
             noise.retain_noisy(places, &tallies[0], &mut active);
@@ -222,55 +236,72 @@ struct Picked<'a> {
 /// Adds a share of one round of samples to the active pixels.
 fn sample(view: View, picked: Picked, tallies: &mut [Tally], worker: &mut Worker) {
     let Picked { round, share, places, active } = picked;
-    let strata = view.settings.strata;
     let seed = if round == 0 { view.settings.seed } else { combine(view.settings.seed, round.into()) };
-    let cone = Cone { width: 0.0, spread: view.camera.spread() / strata as f32 };
-    let mut batch: Vec<(usize, Sampler)> = Vec::with_capacity(BATCH);
+    let mut batch = Batch::default();
     for pixel in active {
-        let mut sampler = view.settings.sampler(seed, places[*pixel as usize], view.width);
+        let place = places[*pixel as usize];
+        let mut sampler = view.settings.sampler(seed, place, view.width);
         for sample in share.samples(&sampler) {
             sampler.sample = sample;
-            batch.push((*pixel as usize, sampler));
-            if batch.len() == BATCH {
-                add_batch(view, places, cone, &batch, tallies, worker);
-                batch.clear();
+            batch.pixels.push(*pixel as usize);
+            batch.samples.push((place, sampler));
+            if batch.samples.len() == BATCH {
+                add_batch(view, &mut batch, tallies, worker);
             }
         }
     }
-    add_batch(view, places, cone, &batch, tallies, worker);
+    add_batch(view, &mut batch, tallies, worker);
 }
 
-/// Adds samples of pixels, given by their number in the list.
-fn add_batch(
-    view: View,
-    places: &[[u32; 2]],
-    cone: Cone,
-    batch: &[(usize, Sampler)],
-    tallies: &mut [Tally],
-    worker: &mut Worker,
-) {
+/// Samples that are traced together, [`BATCH`] at most.
+#[derive(Default)]
+struct Batch {
+    /// Numbers of their pixels in the list.
+    pixels: Vec<usize>,
+    /// Pixels, and samples of theirs.
+    samples: Vec<([u32; 2], Sampler)>,
+}
+
+/// Adds the samples to their pixels, and empties the batch.
+fn add_batch(view: View, batch: &mut Batch, tallies: &mut [Tally], worker: &mut Worker) {
     let mut buffers = std::mem::take(&mut worker.waves);
-    buffers.begin(batch.len(), view.passes, view.settings.features);
-    view.lanes.run(Start { view, places, batch, cone, buffers: &mut buffers });
-    worker.counters.primary_rays += batch.len() as u64;
-    wave::trace(view, &mut buffers, worker);
-    for (i, ((pixel, _), lot)) in batch.iter().zip(&buffers.lots).enumerate() {
+    if view.lookout.is_some() {
+        worker.footprint.begin_of_pixels(batch.pixels.iter().copied());
+    }
+    trace_batch(view, &batch.samples, &mut buffers, worker);
+    for (i, (pixel, lot)) in batch.pixels.drain(..).zip(&buffers.lots).enumerate() {
         for (pass, tally) in tallies.iter_mut().enumerate() {
-            tally.add(*pixel, buffers.colors[pass * BATCH + i], lot.weight);
+            tally.add(pixel, buffers.colors[pass * BATCH + i], lot.weight);
         }
         if view.settings.features {
-            tallies[0].add_feature(*pixel, buffers.features[i].as_ref(), lot.off_center);
+            tallies[0].add_feature(pixel, buffers.features[i].as_ref(), lot.off_center);
+        }
+        if view.lookout.is_some() {
+            worker.footprint.put_down(i, pixel);
         }
     }
+    batch.samples.clear();
     worker.waves = buffers;
 }
 
-/// Camera rays of a batch: pixels by their place in the list, and samples of theirs.
+/// Traces samples of pixels, [`BATCH`] at most.
+fn trace_batch(view: View, samples: &[([u32; 2], Sampler)], buffers: &mut Buffers, worker: &mut Worker) {
+    buffers.begin(samples.len(), view.passes, view.settings.features);
+    view.lanes.run(Start { view, samples, buffers });
+    worker.counters.primary_rays += samples.len() as u64;
+    wave::trace(view, buffers, worker);
+}
+
+/// Where in and around its pixel a sample lies, from the top left corner, and its weight.
+fn place_in_pixel(view: View, sampler: &Sampler) -> ([f32; 2], f32) {
+    let square = if view.settings.strata == 1 { [0.5; 2] } else { sampler.in_own_cell(Node::CAMERA, Domain::Pixel) };
+    view.filter.sample(square)
+}
+
+/// The camera rays of samples.
 struct Start<'a> {
     view: View<'a>,
-    places: &'a [[u32; 2]],
-    batch: &'a [(usize, Sampler)],
-    cone: Cone,
+    samples: &'a [([u32; 2], Sampler)],
     buffers: &'a mut Buffers,
 }
 
@@ -279,8 +310,9 @@ impl Kernel for Start<'_> {
 
     #[inline(always)]
     fn run<L: Wide>(self) {
-        let Start { view, places, batch, cone, buffers } = self;
-        for eight in batch.chunks(LANES) {
+        let Start { view, samples, buffers } = self;
+        let cone = Cone { width: 0.0, spread: view.camera.spread() / view.settings.strata as f32 };
+        for eight in samples.chunks(LANES) {
             let mut samplers = [&eight[0].1; LANES];
             let mut pixels = [eight[0].0; LANES];
             for (i, (pixel, sampler)) in eight.iter().enumerate() {
@@ -295,7 +327,7 @@ impl Kernel for Start<'_> {
             let mut place = [[0.0; LANES]; 2];
             let mut lots = [Lot::default(); LANES];
             for i in 0..LANES {
-                let [x, y] = places[pixels[i]];
+                let [x, y] = pixels[i];
                 let (offset, weight) = view.filter.sample([square[0][i], square[1][i]]);
                 [place[0][i], place[1][i]] = [x as f32 + offset[0], y as f32 + offset[1]];
                 let (dx, dy) = (offset[0] - 0.5, offset[1] - 0.5);

@@ -98,7 +98,7 @@ fn picture(render: &Render, lanes: Width, features: bool) -> (Vec<[f32; 3]>, cra
         filter: &FilterTable::new(Filter::Tent, 2.0),
         width: 20,
         passes: 1,
-        boxes: None,
+        lookout: None,
         photons: None,
     };
     let places: Vec<[u32; 2]> = (0..300).map(|i| [i % 20, i / 20]).collect();

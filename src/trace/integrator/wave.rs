@@ -177,6 +177,12 @@ pub fn place(sample: u32, pass: u32) -> u32 {
     sample + pass * BATCH as u32
 }
 
+/// The sample of such a place.
+#[inline]
+fn sample_at(place: u32) -> u32 {
+    place % BATCH as u32
+}
+
 /// A ray, the surface that it met, and what the surface is of.
 pub struct Encounter<'a> {
     pub direction: Vec3,
@@ -238,10 +244,11 @@ fn find(view: View, buffers: &mut Buffers, worker: &mut Worker) {
     buffers.hits.resize(buffers.wave.rays.len(), None);
     let hits = &mut buffers.hits;
     view.accelerator.closest_all(view.geometry, &buffers.wave.rays, worker, |i, hit| hits[i] = hit);
-    if let Some(boxes) = view.boxes {
-        for (ray, hit) in buffers.wave.rays.iter().zip(hits) {
-            worker.footprint.add(boxes, ray, hit.map_or(ray.t_max, |hit| hit.t));
-        }
+    if let Some(lookout) = view.lookout {
+        let Wave { rays, errands } = &buffers.wave;
+        let ends = rays.iter().zip(errands).zip(hits);
+        let ends = ends.map(|((ray, errand), hit)| (errand.sample, hit.map_or(ray.t_max, |hit| hit.t)));
+        worker.footprint.add(lookout, rays, ends);
     }
 }
 
@@ -351,13 +358,14 @@ pub fn found<L: Lanes>(pdf: L, asked: L) -> L {
 fn settle(view: View, shadows: &mut Shadows, blocked: &mut Vec<bool>, colors: &mut [Vec3], worker: &mut Worker) {
     let Shadows { rays, targets, gains } = shadows;
     worker.counters.shadow_rays += rays.len() as u64;
-    if let Some(boxes) = view.boxes {
-        rays.iter().for_each(|ray| worker.footprint.add(boxes, ray, ray.t_max));
+    if let Some(lookout) = view.lookout {
+        let ends = rays.iter().zip(&*gains).map(|(ray, (place, _))| (sample_at(*place), ray.t_max));
+        worker.footprint.add(lookout, rays, ends);
     }
     let mut hits = 0;
     if view.settings.transparent_shadows {
         for ((ray, target), (sample, gain)) in rays.iter().zip(&*targets).zip(&*gains) {
-            let share = visibility(view, *ray, *target, worker);
+            let share = visibility(view, *ray, *target, sample_at(*sample), worker);
             hits += u64::from(share == 0.0);
             colors[*sample as usize] += *gain * share;
         }
@@ -380,7 +388,7 @@ fn settle(view: View, shadows: &mut Shadows, blocked: &mut Vec<bool>, colors: &m
 }
 
 /// Share of light that gets along the ray to `target`, dimmed by each transparent surface on its way.
-fn visibility(view: View, mut ray: Ray, target: Vec3, worker: &mut Worker) -> f32 {
+fn visibility(view: View, mut ray: Ray, target: Vec3, sample: u32, worker: &mut Worker) -> f32 {
     let mut share = 1.0;
     while let Some(hit) = view.accelerator.closest(view.geometry, &ray, worker) {
         let surface = view.geometry.surface(&ray, &hit);
@@ -392,6 +400,9 @@ fn visibility(view: View, mut ray: Ray, target: Vec3, worker: &mut Worker) -> f3
             break;
         }
         ray = Ray { origin, t_max: rest, ..ray };
+        if let Some(lookout) = view.lookout {
+            worker.footprint.add(lookout, &[ray], std::iter::once((sample, rest)));
+        }
     }
     share
 }

@@ -153,6 +153,11 @@ impl Lights {
         self.len() == 0
     }
 
+    /// All that [`Self::sample`] draws lots by, to tell whether two pictures draw alike.
+    pub fn chances(&self) -> Vec<f32> {
+        self.asked.ends.iter().copied().chain([self.earthly()]).collect()
+    }
+
     /// Power of all that sends photons out, summed over the channels.
     pub fn power(&self) -> f64 {
         self.sent.total
