@@ -88,6 +88,8 @@ fn way(ray: &Ray) -> usize {
 }
 
 /// Sorts rays by the way that they run; gives where each way ends.
+///
+/// To sort those of a way by where they start, too, gained nothing: neighbours in the wave start together already.
 fn sort(rays: &[Ray], order: &mut Vec<u32>) -> [usize; WAYS] {
     let mut next = [0; WAYS];
     rays.iter().for_each(|ray| next[way(ray)] += 1);
