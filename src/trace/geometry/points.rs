@@ -85,8 +85,8 @@ impl Columns {
     #[inline(always)]
     fn triangle(&mut self, lane: usize, corners: [Vec3; 3], hit: &Hit, mixed: Option<Vec3>) {
         self.triangles |= 1 << lane;
-        for i in 0..3 {
-            set_lane(&mut self.corners[i], lane, corners[i]);
+        for (column, corner) in self.corners.iter_mut().zip(&corners) {
+            set_lane(column, lane, *corner);
         }
         (self.weights[0][lane], self.weights[1][lane]) = (hit.u, hit.v);
         if let Some(mixed) = mixed {
@@ -156,8 +156,8 @@ impl Geometry {
             _ => {
                 let s = self.surface(ray, hit);
                 let vectors = [s.point, s.error, s.geometric_normal, s.shading_normal];
-                for i in 0..4 {
-                    set_lane(&mut columns.others[i], lane, vectors[i]);
+                for (column, v) in columns.others.iter_mut().zip(&vectors) {
+                    set_lane(column, lane, *v);
                 }
             }
         }

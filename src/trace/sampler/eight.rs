@@ -65,8 +65,9 @@ impl<'a> Eight<'a> {
     #[inline(always)]
     fn each<L: Wide>(&self, f: impl Fn(&Sampler, Node) -> [f32; 2]) -> [L; 2] {
         let mut columns = [[0.0; LANES]; 2];
-        for i in 0..LANES {
-            [columns[0][i], columns[1][i]] = f(self.samplers[i], self.nodes[i]);
+        let [xs, ys] = &mut columns;
+        for (i, (x, y)) in xs.iter_mut().zip(ys).enumerate() {
+            [*x, *y] = f(self.samplers[i], self.nodes[i]);
         }
         [L::load(&columns[0]), L::load(&columns[1])]
     }
