@@ -239,11 +239,13 @@ impl Geometry {
         start..self.ends[kind as usize]
     }
 
+    #[inline]
     pub fn kind_of(&self, number: u32) -> Kind {
         KINDS[self.ends.iter().position(|end| number < *end).unwrap_or(KINDS.len() - 1)]
     }
 
     /// What the primitive belongs to.
+    #[inline]
     pub fn tag(&self, number: u32) -> Tag {
         match self.kind_of(number) {
             Kind::MeshTriangle => self.part_of(number).tag,

@@ -1,7 +1,7 @@
 //! Hits that are shaded side by side, eight at a time.
 
 use super::View;
-use super::wave::{Errand, LEAST_FACING, Wave};
+use super::wave::{Errand, LEAST_FACING, Sample, Wave};
 use crate::trace::sampler::{Eight, Node, Sampler};
 use crate::trace::simd::{LANES, V3, Wide, set_lane};
 use crate::trace::surface::Points;
@@ -18,7 +18,7 @@ pub struct Met<'a> {
     pub wave: &'a Wave,
     pub hits: &'a [Option<Hit>],
     pub places: &'a [Place],
-    pub samplers: &'a [Sampler],
+    pub samples: &'a [Sample],
 }
 
 /// Eight hits, the last ones repeated where there are fewer.
@@ -48,7 +48,7 @@ impl<'a> Met<'a> {
         let first = places[0][0] as usize;
         let mut rays: [&Ray; LANES] = [&wave.rays()[first]; LANES];
         let mut errands: [&Errand; LANES] = [&wave.errands()[first]; LANES];
-        let mut samplers: [&Sampler; LANES] = [&self.samplers[0]; LANES];
+        let mut samplers: [&Sampler; LANES] = [&self.samples[0].1; LANES];
         let mut nodes = [Node::CAMERA; LANES];
         let mut hits = [Hit::default(); LANES];
         let (mut materials, mut t) = ([0; LANES], [0.0; LANES]);
@@ -58,7 +58,7 @@ impl<'a> Met<'a> {
             let [ray, material] = places[i.min(places.len() - 1)];
             rays[i] = &wave.rays()[ray as usize];
             errands[i] = &wave.errands()[ray as usize];
-            samplers[i] = &self.samplers[errands[i].sample as usize];
+            samplers[i] = &self.samples[errands[i].sample as usize].1;
             nodes[i] = errands[i].node;
             hits[i] = self.hits[ray as usize].unwrap_or_default();
             materials[i] = material;

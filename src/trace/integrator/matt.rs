@@ -94,7 +94,7 @@ impl Matt<'_> {
             let mut weight = lane(&weight, i);
             let worth = weight.max_element();
             if self.depth >= SAFE_DEPTH && worth < 1.0 {
-                let sampler = &self.met.samplers[errand.sample as usize];
+                let sampler = &self.met.samples[errand.sample as usize].1;
                 if sampler.random(node, Domain::Roulette)[0] >= worth {
                     continue;
                 }

@@ -18,10 +18,10 @@ use crate::trace::{Counters, Ray};
 /// Rays that every path may have before chance decides about it.
 pub const SAFE_DEPTH: u32 = 3;
 
-/// Adds the light of lamps that a ray crosses on its way; they do not stop it.
+/// Adds the light of lamps that a ray crosses on its way to its end; they do not stop it.
 #[inline]
-pub fn cross_lamps(view: View, ray: &Ray, errand: &Errand, camera: bool, colors: &mut [Vec3]) {
-    view.lights.crossed(ray, camera, |radiance, distance, asked, pass| {
+pub fn cross_lamps(view: View, ray: &Ray, end: f32, errand: &Errand, camera: bool, colors: &mut [Vec3]) {
+    view.lights.crossed(&Ray { t_max: end, ..*ray }, camera, |radiance, distance, asked, pass| {
         let mut weight = errand.weight * found(errand.pdf, asked);
         if errand.medium != CLEAR {
             weight *= view.materials[errand.medium as usize].left_after(distance);

@@ -13,7 +13,7 @@ use crate::trace::sampler::{Node, Sampler};
 use crate::trace::simd::Lanes;
 use crate::trace::surfacing::Surfacing;
 use crate::trace::texture::Cone;
-use crate::trace::{Hit, Ray, Surface, Worker};
+use crate::trace::{Counters, Hit, Ray, Surface, Worker};
 
 /// What becomes of the light that a ray finds.
 #[derive(Clone, Copy, Debug)]
@@ -140,7 +140,6 @@ pub struct Buffers {
     shadows: Vec<Shadows>,
     /// Hits that are shaded side by side.
     places: Vec<Place>,
-    samplers: Vec<Sampler>,
     /// Colour of each sample, pass by pass: see [`place`].
     pub colors: Vec<Vec3>,
     /// Where each sample lies in its pixel.
@@ -152,7 +151,6 @@ pub struct Buffers {
 impl Buffers {
     pub fn begin(&mut self, samples: usize, passes: usize, features: bool) {
         self.wave.clear();
-        self.samplers.clear();
         self.lots.clear();
         self.features.clear();
         self.features.resize(if features { samples } else { 0 }, None);
@@ -161,15 +159,18 @@ impl Buffers {
     }
 
     /// Adds the camera ray of the next sample.
-    pub fn start(&mut self, ray: Ray, sampler: Sampler, cone: Cone, lot: Lot) {
-        let sample = self.samplers.len() as u32;
-        self.samplers.push(sampler);
+    #[inline(always)]
+    pub fn start(&mut self, ray: Ray, cone: Cone, lot: Lot) {
+        let sample = self.lots.len() as u32;
         self.lots.push(lot);
         let errand =
             Errand { sample, node: Node::CAMERA, weight: Vec3::ONE, cone, pdf: 0.0, medium: CLEAR, seeks: Seeks::All };
         self.wave.push(ray, errand);
     }
 }
+
+/// A sample of a pixel, and its decisions.
+pub type Sample = ([u32; 2], Sampler);
 
 /// Where the light of a pass is added up for a sample.
 #[inline]
@@ -214,8 +215,8 @@ impl Encounter<'_> {
     }
 }
 
-/// Traces the camera rays in the buffers and all that follow from them.
-pub fn trace(view: View, buffers: &mut Buffers, worker: &mut Worker) {
+/// Traces the camera rays of these samples in the buffers and all that follow from them.
+pub fn trace(view: View, samples: &[Sample], buffers: &mut Buffers, worker: &mut Worker) {
     let bins = match view.settings.integrator {
         Integrator::Path | Integrator::Photon => view.lights.len().min(BINS),
         // One for what shines among the primitives.
@@ -230,7 +231,7 @@ pub fn trace(view: View, buffers: &mut Buffers, worker: &mut Worker) {
         if depth == 1 {
             worker.counters.primary_hits += buffers.hits.iter().flatten().count() as u64;
         }
-        shade(view, buffers, depth, worker);
+        shade(view, samples, buffers, depth, worker);
         for shadows in &mut buffers.shadows {
             settle(view, shadows, &mut buffers.blocked, &mut buffers.colors, worker);
         }
@@ -252,80 +253,93 @@ fn find(view: View, buffers: &mut Buffers, worker: &mut Worker) {
     }
 }
 
-fn shade(view: View, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
-    let Buffers { wave, next, hits, shadows, places, samplers, colors, features, .. } = buffers;
+fn shade(view: View, samples: &[Sample], buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
     let path = view.settings.follows_paths();
-    let last = depth == view.settings.max_depth;
     // What the film is to know of a hit is found for each alone, and so is light of shining primitives in pictures that
     // look for it beside that of lamps.
     let alone = (view.settings.features && depth == 1) || view.photons.is_some();
     let side_by_side = !alone && (path || view.lights.emitters().is_empty());
+    let mut places = std::mem::take(&mut buffers.places);
     places.clear();
-    for (i, ((ray, kept), hit)) in wave.rays.iter().zip(&mut wave.errands).zip(&*hits).enumerate() {
-        let mut errand = *kept;
+    for i in 0..buffers.wave.rays.len() {
+        let Buffers { wave, hits, colors, .. } = &mut *buffers;
+        let (ray, errand, hit) = (&wave.rays[i], &mut wave.errands[i], hits[i]);
         let met = hit.map_or(f32::INFINITY, |hit| hit.t);
         if path && errand.seeks != Seeks::Unsent {
-            path::cross_lamps(view, &Ray { t_max: met, ..*ray }, &errand, depth == 1, colors);
+            path::cross_lamps(view, ray, met, errand, depth == 1, colors);
         }
         if errand.medium != CLEAR {
             errand.weight *= view.materials[errand.medium as usize].left_after(met);
-            kept.weight = errand.weight;
         }
         let Some(hit) = hit else {
             let place = place(errand.sample, view.lights.surround_pass());
-            colors[place as usize] += errand.weight * sky(view, ray.direction, &errand);
+            colors[place as usize] += errand.weight * sky(view, ray.direction, errand);
             continue;
         };
-        if side_by_side {
-            let tag = view.geometry.tag(hit.primitive);
-            let material = &view.materials[tag.material as usize];
-            let usual = if path { material.is_plain() } else { is_classic(view, material) };
-            if usual && !view.skins.covers(tag.entity) {
-                places.push([i as u32, tag.material]);
-                continue;
-            }
-        }
-        let mut surface = view.geometry.surface(ray, hit);
-        let mut material = &view.materials[surface.material as usize];
-        errand.cone = errand.cone.at(hit.t);
-        let dressed = view.skins.dress(view.geometry, (ray, hit), errand.cone, &mut surface, material);
-        if let Some(dressed) = &dressed {
-            material = dressed;
-        }
-        if material.emission != Vec3::ZERO {
-            let asked = match view.settings.integrator {
-                _ if errand.pdf == 0.0 && errand.seeks != Seeks::Unsent => 0.0,
-                Integrator::Path | Integrator::Photon => view.lights.pdf(ray, hit, &surface),
-                Integrator::Whitted | Integrator::Distribution => view.lights.pdf_emitters(ray, hit, &surface),
-            };
-            // Photons come from where light is asked for.
-            if errand.seeks != Seeks::Unsent || asked == 0.0 {
-                let place = place(errand.sample, material.pass);
-                colors[place as usize] += errand.weight * (material.emission * found(errand.pdf, asked));
-            }
-        }
-        let front = ray.direction.dot(surface.geometric_normal) < 0.0;
-        let surface = if front { surface } else { surface.flipped() };
-        let sampler = samplers[errand.sample as usize];
-        let met = Encounter { direction: ray.direction, errand, surface, material, front, sampler };
-        if view.settings.features && depth == 1 {
-            features[errand.sample as usize] = Some(feature::seen(view, &met));
-        }
-        if let Some(photons) = view.photons {
-            let color = &mut colors[errand.sample as usize];
-            photon::shade(view, photons, &met, depth, photon::Sinks { color, shadows, next }, &mut worker.counters);
-        } else if path {
-            path::shade(view, &met, depth, shadows, next, &mut worker.counters);
+        let tag = view.geometry.tag(hit.primitive);
+        let material = &view.materials[tag.material as usize];
+        let usual = side_by_side && if path { material.is_plain() } else { is_classic(view, material) };
+        if usual && !view.skins.covers(tag.entity) {
+            places.push([i as u32, tag.material]);
         } else {
-            recursive::shade(view, &met, last, shadows, next, &mut worker.counters);
+            let sampler = samples[errand.sample as usize].1;
+            shade_alone(view, (*ray, *errand, hit), sampler, buffers, depth, &mut worker.counters);
         }
     }
-    let met = Met { view, wave, hits, places, samplers };
+    let Buffers { wave, next, hits, shadows, .. } = &mut *buffers;
+    let met = Met { view, wave, hits, places: &places, samples };
     let counters = &mut worker.counters;
     if path {
         view.lanes.run(Matt { met, depth, shadows, next, counters });
     } else {
-        view.lanes.run(Classic { met, last, shadows, next, counters });
+        view.lanes.run(Classic { met, last: depth == view.settings.max_depth, shadows, next, counters });
+    }
+    buffers.places = places;
+}
+
+/// Shades one hit, of whatever material.
+fn shade_alone(
+    view: View,
+    (ray, mut errand, hit): (Ray, Errand, Hit),
+    sampler: Sampler,
+    buffers: &mut Buffers,
+    depth: u32,
+    counters: &mut Counters,
+) {
+    let Buffers { next, shadows, colors, features, .. } = buffers;
+    let (ray, hit) = (&ray, &hit);
+    let mut surface = view.geometry.surface(ray, hit);
+    let mut material = &view.materials[surface.material as usize];
+    errand.cone = errand.cone.at(hit.t);
+    let dressed = view.skins.dress(view.geometry, (ray, hit), errand.cone, &mut surface, material);
+    if let Some(dressed) = &dressed {
+        material = dressed;
+    }
+    if material.emission != Vec3::ZERO {
+        let asked = match view.settings.integrator {
+            _ if errand.pdf == 0.0 && errand.seeks != Seeks::Unsent => 0.0,
+            Integrator::Path | Integrator::Photon => view.lights.pdf(ray, hit, &surface),
+            Integrator::Whitted | Integrator::Distribution => view.lights.pdf_emitters(ray, hit, &surface),
+        };
+        // Photons come from where light is asked for.
+        if errand.seeks != Seeks::Unsent || asked == 0.0 {
+            let place = place(errand.sample, material.pass);
+            colors[place as usize] += errand.weight * (material.emission * found(errand.pdf, asked));
+        }
+    }
+    let front = ray.direction.dot(surface.geometric_normal) < 0.0;
+    let surface = if front { surface } else { surface.flipped() };
+    let met = Encounter { direction: ray.direction, errand, surface, material, front, sampler };
+    if view.settings.features && depth == 1 {
+        features[errand.sample as usize] = Some(feature::seen(view, &met));
+    }
+    if let Some(photons) = view.photons {
+        let color = &mut colors[errand.sample as usize];
+        photon::shade(view, photons, &met, depth, photon::Sinks { color, shadows, next }, counters);
+    } else if view.settings.follows_paths() {
+        path::shade(view, &met, depth, shadows, next, counters);
+    } else {
+        recursive::shade(view, &met, depth == view.settings.max_depth, shadows, next, counters);
     }
 }
 

@@ -91,7 +91,12 @@ impl Light {
     /// Distance at which a ray crosses the parallelogram.
     pub fn crossing(&self, ray: &Ray) -> Option<f32> {
         let facing = ray.direction.dot(self.normal);
-        let t = (self.center - ray.origin).dot(self.normal) / facing;
+        let height = (self.center - ray.origin).dot(self.normal);
+        // Most rays run away from it.
+        if height * facing <= 0.0 {
+            return None;
+        }
+        let t = height / facing;
         if t.is_nan() || t <= 0.0 || t >= ray.t_max {
             return None;
         }

@@ -90,16 +90,21 @@ fn way(ray: &Ray) -> usize {
 /// Sorts rays by the way that they run; gives where each way ends.
 ///
 /// To sort those of a way by where they start, too, gained nothing: neighbours in the wave start together already.
+/// There are [`SORTED`] of them at most.
 fn sort(rays: &[Ray], order: &mut Vec<u32>) -> [usize; WAYS] {
-    let mut next = [0; WAYS];
-    rays.iter().for_each(|ray| next[way(ray)] += 1);
+    let (mut ways, mut next) = ([0u8; SORTED], [0; WAYS]);
+    for (to, ray) in ways.iter_mut().zip(rays) {
+        let way = way(ray);
+        *to = way as u8;
+        next[way] += 1;
+    }
     let mut sum = 0;
     for count in &mut next {
         sum += std::mem::replace(count, sum);
     }
     order.resize(rays.len(), 0);
-    for (i, ray) in rays.iter().enumerate() {
-        let at = &mut next[way(ray)];
+    for (i, way) in (0..rays.len()).zip(ways) {
+        let at = &mut next[usize::from(way)];
         order[*at] = i as u32;
         *at += 1;
     }
