@@ -351,9 +351,9 @@ impl Kernel for Start<'_> {
             }
             let (origin, direction) = view.camera.aim([L::load(&place[0]), L::load(&place[1])], lens);
             let (origin, direction) = (origin.store(), direction.store());
-            for i in 0..eight.len() {
+            for (i, lot) in lots.iter().enumerate().take(eight.len()) {
                 let ray = Ray::new(lane(&origin, i), lane(&direction, i));
-                buffers.start(ray, cone, lots[i]);
+                buffers.start(ray, cone, *lot);
             }
         }
     }
