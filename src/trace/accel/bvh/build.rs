@@ -10,7 +10,8 @@ use super::{Child, Held, LANES, Leaves, Model, Node, Source, Tree};
 use crate::trace::Geometry;
 use crate::trace::geometry::Bounds;
 
-/// Slices of an axis among which a split is chosen.
+/// Slices of an axis among which a split is chosen. Eight of the longest axis alone, for trees that last one frame, build
+/// hardly faster (0.97 of the time): it goes into reading and moving references, not into the choice.
 const BINS: usize = 32;
 
 /// Ranges above this are binned on all threads, and their children built on all threads.
