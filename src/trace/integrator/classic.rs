@@ -87,7 +87,7 @@ impl Classic<'_> {
         let distance = square.sqrt();
         let direction = offset.scale(L::splat(1.0) / distance);
         let cosine = points.shading_normal.dot(direction);
-        let lit = L::bits(L::both(above, zero.lt(cosine))) & self.dull(group);
+        let lit = L::bits(L::both(above, zero.lt(cosine))) & self.scattering(group);
         if lit == 0 {
             return;
         }
@@ -109,10 +109,10 @@ impl Classic<'_> {
 
     /// Lanes of surfaces that show light of lamps.
     #[inline(always)]
-    fn dull<L: Wide>(&self, group: &Group<L>) -> u32 {
+    fn scattering<L: Wide>(&self, group: &Group<L>) -> u32 {
         let material = |i: usize| &self.met.view.materials[group.materials[i] as usize];
-        let dull = |i: &usize| material(*i).diffuse != Vec3::ZERO || material(*i).specular != Vec3::ZERO;
-        lanes(group.used).filter(dull).fold(0, |bits, i| bits | 1 << i)
+        let scatters = |i: &usize| material(*i).diffuse != Vec3::ZERO || material(*i).specular != Vec3::ZERO;
+        lanes(group.used).filter(scatters).fold(0, |bits, i| bits | 1 << i)
     }
 
     /// Blinn's highlights, if any of the surfaces has one.
