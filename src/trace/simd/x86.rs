@@ -1,7 +1,7 @@
 //! Eight lanes in the registers of x86-64.
 //!
-//! Soundness: SSE2 is part of x86-64. An [`Avx2`] is only ever computed with inside [`run_avx2`], which is entered only
-//! where the processor has what it enables.
+//! Soundness: SSE2 is part of x86-64. [`Avx2`] and [`AvxWords`] are only ever computed with inside [`run_avx2`], which
+//! is entered only where the processor has what it enables.
 
 #![allow(unsafe_code, reason = "processor instructions are unsafe to call; the module says why these are sound")]
 
