@@ -31,6 +31,9 @@ pub struct InfoArguments {
 pub fn diff(arguments: DiffArguments) -> Result<Exit, Diagnostics> {
     let DiffArguments { a, b, tolerance, out } = &arguments;
     let mut equal = true;
+    for path in [a, b] {
+        std::fs::metadata(path).map_err(|e| Diagnostic::io(path.display(), "read", &e))?;
+    }
     if a.is_dir() != b.is_dir() {
         return Err(usage("diff compares two pictures or two folders, not one with the other"));
     }

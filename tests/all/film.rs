@@ -135,6 +135,7 @@ fn exr_files_are_the_same_everywhere_and_can_be_looked_at() {
     desk.write("cut.exr", &desk.read("one.exr")[..200]);
     desk.anim("info cut.exr").fails(3, &["cut.exr"]);
     desk.anim("diff cut.exr one.exr").fails(3, &["cut.exr"]);
+    desk.anim("diff . none").fails(5, &["cannot read none"]);
 }
 
 #[test]
