@@ -43,6 +43,8 @@ impl Look<'_> {
     }
 
     fn report(&mut self, (start, end): (usize, usize), message: String, help: Option<String>) {
+        let wrapped = self.text[start..end].strip_prefix("Some").is_some_and(|rest| rest.trim_start().starts_with('('));
+        let help = if wrapped { Some("write the value itself, without `Some`".into()) } else { help };
         let diagnostic = Diagnostic::error(message).at(self.place(start, end));
         self.found.push(match help {
             Some(help) => diagnostic.help(help),

@@ -77,6 +77,7 @@ fn each_kind_of_mistake_has_its_words() {
     said("(render: (samples: -3))", &["a.ron:1:20", "expected a whole number"]);
     said("(camera: (fov: 10, fov: 20))", &["a.ron:1:20", "`fov` is given twice"]);
     said("(entities: [(material: 3)])", &["a.ron:1:24", "expected the name of a material in quotes"]);
+    said("(entities: [(material: Some (\"red\"))])", &["a.ron:1:24", "help: write the value itself, without `Some`"]);
     said("(entities: [(name: 3)])", &["a.ron:1:20", "expected a text in quotes"]);
     said("(materials: {\"a\": (), \"a\": ()})", &["a.ron:1:23", "two materials are called `a`"]);
     said("(entities: [(sphere: (1.0))])", &["a.ron:1:23", "without a field name"]);
