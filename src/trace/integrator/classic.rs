@@ -41,9 +41,12 @@ impl Kernel for Classic<'_> {
     fn run<L: Wide>(mut self) {
         for places in self.met.places.chunks(LANES) {
             let group = self.met.group::<L>(places);
-            let lamps = self.met.view.lights.lamps();
-            for (i, lamp) in lamps.iter().enumerate() {
-                self.direct(&group, lamp, i);
+            // What only mirrors asks no lamps.
+            let scattering = self.scattering(&group);
+            if scattering != 0 {
+                for (i, lamp) in self.met.view.lights.lamps().iter().enumerate() {
+                    self.direct(&group, scattering, lamp, i);
+                }
             }
             if !self.last {
                 self.mirror(&group);
@@ -53,9 +56,14 @@ impl Kernel for Classic<'_> {
 }
 
 impl Classic<'_> {
-    /// As [`super::recursive`]: shadow rays to a lamp.
     #[inline(always)]
-    fn direct<L: Wide>(&mut self, group: &Group<L>, lamp: &Light, number: usize) {
+    fn material<L: Wide>(&self, group: &Group<L>, i: usize) -> &Surfacing {
+        &self.met.view.materials[group.materials[i] as usize]
+    }
+
+    /// As [`super::recursive`]: shadow rays to a lamp, from the lanes that scatter its light.
+    #[inline(always)]
+    fn direct<L: Wide>(&mut self, group: &Group<L>, scattering: u32, lamp: &Light, number: usize) {
         let domain = Domain::Light(number as u32);
         let center = [L::splat(0.5); 2];
         let at = match self.met.view.settings.light_sampling {
@@ -65,18 +73,25 @@ impl Classic<'_> {
                 let cell = |i: u32| (i as f32 + 0.5) / n as f32;
                 for k in 0..n * n {
                     let at = [L::splat(cell(k % n)), L::splat(cell(k / n))];
-                    self.lit(group, lamp, number, at, 1.0 / (n * n) as f32);
+                    self.lit(group, scattering, (lamp, number), at, 1.0 / (n * n) as f32);
                 }
                 return;
             }
             LightSampling::Random => group.samples.random(domain),
             LightSampling::Jittered => group.samples.stratified(domain),
         };
-        self.lit(group, lamp, number, at, 1.0);
+        self.lit(group, scattering, (lamp, number), at, 1.0);
     }
 
     #[inline(always)]
-    fn lit<L: Wide>(&mut self, group: &Group<L>, lamp: &Light, number: usize, [u, v]: [L; 2], share: f32) {
+    fn lit<L: Wide>(
+        &mut self,
+        group: &Group<L>,
+        scattering: u32,
+        (lamp, number): (&Light, usize),
+        [u, v]: [L; 2],
+        share: f32,
+    ) {
         let (zero, half, points) = (L::splat(0.0), L::splat(0.5), &group.points);
         let (a, b) = (V3::splat(lamp.edges[0]), V3::splat(lamp.edges[1]));
         let target = V3::splat(lamp.center) + a.scale(u - half) + b.scale(v - half);
@@ -87,7 +102,7 @@ impl Classic<'_> {
         let distance = square.sqrt();
         let direction = offset.scale(L::splat(1.0) / distance);
         let cosine = points.shading_normal.dot(direction);
-        let lit = L::bits(L::both(above, zero.lt(cosine))) & self.scattering(group);
+        let lit = L::bits(L::both(above, zero.lt(cosine))) & scattering;
         if lit == 0 {
             return;
         }
@@ -110,15 +125,19 @@ impl Classic<'_> {
     /// Lanes of surfaces that show light of lamps.
     #[inline(always)]
     fn scattering<L: Wide>(&self, group: &Group<L>) -> u32 {
-        let material = |i: usize| &self.met.view.materials[group.materials[i] as usize];
-        let scatters = |i: &usize| material(*i).diffuse != Vec3::ZERO || material(*i).specular != Vec3::ZERO;
-        lanes(group.used).filter(scatters).fold(0, |bits, i| bits | 1 << i)
+        let mut bits = 0;
+        for i in lanes(group.used) {
+            let material = self.material(group, i);
+            let scatters = material.diffuse != Vec3::ZERO || material.specular != Vec3::ZERO;
+            bits |= u32::from(scatters) << i;
+        }
+        bits
     }
 
     /// Blinn's highlights, if any of the surfaces has one.
     #[inline(always)]
     fn highlights<L: Wide>(&self, group: &Group<L>, lit: u32, direction: V3<L>) -> Option<V3<L>> {
-        let material = |i: usize| &self.met.view.materials[group.materials[i] as usize];
+        let material = |i: usize| self.material(group, i);
         let shiny = |i: &usize| material(*i).model != Model::Lambert && material(*i).specular != Vec3::ZERO;
         lanes(lit).find(shiny)?;
         let zero = V3::splat(Vec3::ZERO);
