@@ -11,18 +11,41 @@ pub fn srgb_encode(linear: f32) -> f32 {
 /// The byte that stands for a linear value, clamped to 0..1: `srgb_encode(x) * 255`, rounded to nearest.
 ///
 /// Looked up among the least values of all bytes: a power for every channel of every pixel would take as long as a
-/// tenth of a quick frame.
+/// tenth of a quick frame, and so would a search through all of them.
 pub fn srgb_byte(linear: f32) -> u8 {
-    LEAST_OF_BYTE.partition_point(|least| *least <= linear) as u8
+    if linear.is_nan() || linear <= 0.0 {
+        return 0;
+    }
+    let bytes = &*BYTES;
+    let step = (linear.min(1.0).to_bits().saturating_sub(DARK.to_bits()) >> STEP_BITS) as usize;
+    let mut byte = usize::from(bytes.of_step[step]);
+    while byte < 255 && bytes.least[byte] <= linear {
+        byte += 1;
+    }
+    byte as u8
 }
 
 fn rounded_byte(linear: f32) -> u8 {
     (srgb_encode(linear) * 255.0 + 0.5) as u8
 }
 
-/// The least linear value that rounds to 1, to 2, and so on to 255.
-static LEAST_OF_BYTE: LazyLock<[f32; 255]> = LazyLock::new(|| {
-    std::array::from_fn(|i| {
+/// A value that rounds to 0; from there to 1 are [`STEPS`] steps, hardly ever with more than two bytes in one.
+const DARK: f32 = 1.0 / 8192.0;
+
+/// Bits of a float that tell where in its step it lies.
+const STEP_BITS: u32 = 16;
+
+const STEPS: usize = ((1.0f32.to_bits() - DARK.to_bits()) >> STEP_BITS) as usize;
+
+struct Bytes {
+    /// The least linear value that rounds to 1, to 2, and so on to 255.
+    least: [f32; 255],
+    /// The byte of the least value of each step.
+    of_step: [u8; STEPS + 1],
+}
+
+static BYTES: LazyLock<Bytes> = LazyLock::new(|| {
+    let least = |i: usize| {
         // Bits of floats from 0 to 1 are in the order of the floats.
         let (mut below, mut reached) = (0, 1.0f32.to_bits());
         while reached - below > 1 {
@@ -31,7 +54,9 @@ static LEAST_OF_BYTE: LazyLock<[f32; 255]> = LazyLock::new(|| {
             *if there { &mut reached } else { &mut below } = middle;
         }
         f32::from_bits(reached)
-    })
+    };
+    let first = |step: usize| rounded_byte(f32::from_bits(DARK.to_bits() + ((step as u32) << STEP_BITS)));
+    Bytes { least: std::array::from_fn(least), of_step: std::array::from_fn(first) }
 });
 
 /// Linear value of an sRGB-encoded one in 0..1.
@@ -50,7 +75,7 @@ mod tests {
 
     #[test]
     fn looked_up_bytes_are_the_rounded_ones() {
-        for (i, least) in LEAST_OF_BYTE.iter().enumerate() {
+        for (i, least) in BYTES.least.iter().enumerate() {
             for x in [least.next_down().next_down(), least.next_down(), *least, least.next_up()] {
                 assert_eq!(srgb_byte(x), rounded_byte(x), "{i} {x}");
             }

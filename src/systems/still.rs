@@ -245,7 +245,7 @@ mod tests {
         let mut footprint = Footprint::default();
         footprint.begin(std::iter::once(Mark::default()));
         let ray = Ray::new(Vec3::new(x, 9.0, 0.0), Vec3::NEG_Y);
-        footprint.add(still.parts(0).0, &[ray], std::iter::once((0, 20.0)));
+        footprint.add(still.parts(0).0, std::iter::once((ray, 0, 20.0)));
         let mut trail = Trail::new(1, 1);
         trail.keep_samples(&[0], &[Vec3::ONE], &footprint, 0);
         still.begin(0, Bounds::default(), Vec::new());

@@ -301,8 +301,8 @@ pub struct Footprint {
     marks: Vec<Mark>,
     /// By pixel of the tile, where pixels are kept as wholes.
     pixels: Vec<Mark>,
-    /// Sample and end of each ray of a wave.
-    ends: Vec<(u32, f32)>,
+    /// The rays of a wave, with sample and end of each.
+    rays: Vec<(Ray, u32, f32)>,
 }
 
 impl Footprint {
@@ -329,18 +329,17 @@ impl Footprint {
     }
 
     /// Notes what rays cross, each of a sample and before an end.
-    pub fn add(&mut self, lookout: Lookout, rays: &[Ray], ends: impl Iterator<Item = (u32, f32)>) {
-        let Footprint { marks, ends: all, .. } = self;
-        all.clear();
-        all.extend(ends);
-        lookout.width.run(Crossing { lookout, rays, ends: all, marks });
+    pub fn add(&mut self, lookout: Lookout, added: impl Iterator<Item = (Ray, u32, f32)>) {
+        let Footprint { marks, rays, .. } = self;
+        rays.clear();
+        rays.extend(added);
+        lookout.width.run(Crossing { lookout, rays, marks });
     }
 }
 
 struct Crossing<'a> {
     lookout: Lookout<'a>,
-    rays: &'a [Ray],
-    ends: &'a [(u32, f32)],
+    rays: &'a [(Ray, u32, f32)],
     marks: &'a mut [Mark],
 }
 
@@ -349,8 +348,8 @@ impl Kernel for Crossing<'_> {
 
     #[inline(always)]
     fn run<L: Wide>(self) {
-        let Crossing { lookout: Lookout { boxes, live, middle, .. }, rays, ends, marks } = self;
-        for (ray, (sample, end)) in rays.iter().zip(ends) {
+        let Crossing { lookout: Lookout { boxes, live, middle, .. }, rays, marks } = self;
+        for (ray, sample, end) in rays {
             let Mark { crossed, far } = &mut marks[*sample as usize];
             *far = far.max(ray.origin.distance_squared(middle));
             if live & !*crossed == 0 {

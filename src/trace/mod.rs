@@ -12,6 +12,7 @@ pub mod accel;
 pub mod before;
 pub mod bsdf;
 pub mod camera;
+pub mod columns;
 pub mod environment;
 pub mod footprint;
 pub mod geometry;
@@ -27,6 +28,7 @@ pub mod surfacing;
 pub mod texture;
 
 pub use accel::{Accelerator, Worker};
+pub use columns::{Hits, Rays};
 pub use geometry::{Geometry, Sides, Tag};
 pub use ray::{Hit, Ray};
 pub use stats::Counters;

@@ -39,7 +39,7 @@ use super::geometry::{Best, Kind};
 use super::integrator::Buffers;
 use super::shapes::Probe;
 use super::simd::Width;
-use super::{Counters, Geometry, Hit, Ray};
+use super::{Counters, Geometry, Hit, Hits, Ray, Rays};
 use crate::components::Accel;
 use bvh::Bvh;
 use grid::Grid;
@@ -163,46 +163,44 @@ impl Accelerator {
         let (skip, near_ray) = geometry.approach(ray);
         let mut finite = Best::within(near_ray.t_max);
         self.finite::<false>(geometry, &Probe::from(&near_ray), &mut finite, worker);
-        with_planes(geometry, ray, skip, finite, worker)
+        let Best { t, primitive, element, u, v, found } = finite;
+        let finite = found.then_some(Hit { t: skip + t, primitive, element, u, v });
+        with_planes(geometry, ray, finite, worker)
     }
 
-    /// [`Self::closest`] of many rays: those that go the same way cost less together. `found` is called in any order.
-    pub fn closest_all(
-        &self,
-        geometry: &Geometry,
-        rays: &[Ray],
-        worker: &mut Worker,
-        mut found: impl FnMut(usize, Option<Hit>),
-    ) {
-        let done = |i: usize, skip: f32, best: &Best, worker: &mut Worker| {
-            found(i, with_planes(geometry, &rays[i], skip, *best, worker));
-        };
+    /// [`Self::closest`] of many rays: those that go the same way cost less together.
+    pub fn closest_all(&self, geometry: &Geometry, rays: &Rays, worker: &mut Worker, hits: &mut Hits) {
+        hits.reset(rays.len());
         match self {
             Accelerator::Brute => {
-                rays.iter().enumerate().for_each(|(i, ray)| found(i, self.closest(geometry, ray, worker)));
+                rays.iter().enumerate().for_each(|(i, ray)| hits.set(i, self.closest(geometry, &ray, worker)));
+                return;
             }
-            Accelerator::Grid(grid) => each_packet::<_, false>(&**grid, geometry, rays, worker, done),
-            Accelerator::Bvh(bvh) => each_packet::<_, false>(&**bvh, geometry, rays, worker, done),
+            Accelerator::Grid(grid) => each_packet::<_, _, false>(&**grid, geometry, rays, worker, hits),
+            Accelerator::Bvh(bvh) => each_packet::<_, _, false>(&**bvh, geometry, rays, worker, hits),
+        }
+        if !geometry.range(Kind::Plane).is_empty() {
+            for (i, ray) in rays.iter().enumerate() {
+                hits.set(i, with_planes(geometry, &ray, hits.get(i), worker));
+            }
         }
     }
 
-    /// [`Self::occluded`] of many rays. `found` is called in any order.
-    pub fn occluded_all(
-        &self,
-        geometry: &Geometry,
-        rays: &[Ray],
-        worker: &mut Worker,
-        mut found: impl FnMut(usize, bool),
-    ) {
-        let done = |i: usize, _: f32, best: &Best, worker: &mut Worker| {
-            found(i, best.found || planes_block(geometry, &rays[i], worker));
-        };
+    /// [`Self::occluded`] of many rays.
+    pub fn occluded_all(&self, geometry: &Geometry, rays: &Rays, worker: &mut Worker, blocked: &mut Vec<bool>) {
+        blocked.resize(rays.len(), true);
         match self {
             Accelerator::Brute => {
-                rays.iter().enumerate().for_each(|(i, ray)| found(i, self.occluded(geometry, ray, worker)));
+                rays.iter().zip(blocked).for_each(|(ray, blocked)| *blocked = self.occluded(geometry, &ray, worker));
+                return;
             }
-            Accelerator::Grid(grid) => each_packet::<_, true>(&**grid, geometry, rays, worker, done),
-            Accelerator::Bvh(bvh) => each_packet::<_, true>(&**bvh, geometry, rays, worker, done),
+            Accelerator::Grid(grid) => each_packet::<_, _, true>(&**grid, geometry, rays, worker, &mut blocked[..]),
+            Accelerator::Bvh(bvh) => each_packet::<_, _, true>(&**bvh, geometry, rays, worker, &mut blocked[..]),
+        }
+        if !geometry.range(Kind::Plane).is_empty() {
+            for (ray, blocked) in rays.iter().zip(blocked) {
+                *blocked = *blocked || planes_block(geometry, &ray, worker);
+            }
         }
     }
 
@@ -237,11 +235,14 @@ impl Accelerator {
 
 /// The nearer of the hit among the finite primitives and those of the planes.
 #[inline(always)]
-fn with_planes(geometry: &Geometry, ray: &Ray, skip: f32, finite: Best, worker: &mut Worker) -> Option<Hit> {
-    let mut best = if finite.found { Best { t: skip + finite.t, ..finite } } else { Best::within(ray.t_max) };
+fn with_planes(geometry: &Geometry, ray: &Ray, finite: Option<Hit>, worker: &mut Worker) -> Option<Hit> {
+    let mut best = match finite {
+        Some(Hit { t, primitive, element, u, v }) => Best { t, primitive, element, u, v, found: true },
+        None => Best::within(ray.t_max),
+    };
     meet_planes(geometry, ray, &mut best, worker);
-    let Best { t, primitive, element, u, v, .. } = best;
-    best.found.then_some(Hit { t, primitive, element, u, v })
+    let Best { t, primitive, element, u, v, found } = best;
+    found.then_some(Hit { t, primitive, element, u, v })
 }
 
 /// Whether a plane lies between the origin and `t_max`.

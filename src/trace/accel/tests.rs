@@ -124,12 +124,14 @@ proptest! {
         let mut worker = Worker::default();
         let expected: Vec<_> =
             rays.iter().map(|ray| Accelerator::Brute.closest(&geometry, ray, &mut worker)).collect();
+        let many = Rays::from_iter(rays);
         for accelerator in Width::all().into_iter().flat_map(|w| both(&geometry, w, density)) {
-            let mut found = vec![None; rays.len()];
-            accelerator.closest_all(&geometry, &rays, &mut worker, |i, hit| found[i] = hit);
-            prop_assert_eq!(&found, &expected, "{}", accelerator.name());
-            let mut met = vec![false; rays.len()];
-            accelerator.occluded_all(&geometry, &rays, &mut worker, |i, hit| met[i] = hit);
+            let mut found = Hits::default();
+            accelerator.closest_all(&geometry, &many, &mut worker, &mut found);
+            prop_assert_eq!(&found.iter().collect::<Vec<_>>(), &expected, "{}", accelerator.name());
+            let mut met = Vec::new();
+            accelerator.occluded_all(&geometry, &many, &mut worker, &mut met);
+            prop_assert_eq!(met.len(), expected.len());
             prop_assert!(met.iter().zip(&expected).all(|(met, hit)| *met == hit.is_some()), "{}", accelerator.name());
         }
     }
@@ -246,7 +248,7 @@ fn a_dense_mesh_in_a_wide_scene_answers_like_the_tree_and_costs_little() {
     geometry.push_mesh(Tag::default(), &bowl, false, &DAffine3::IDENTITY);
     geometry.finish();
     let [tree, grid] = both(&geometry, Width::detect(), 2.0);
-    let rays: Vec<Ray> = (0..1024)
+    let rays: Rays = (0..1024)
         .map(|i| {
             let target = Vec3::new((i % 32) as f32 * 0.08 - 1.25, (i / 32) as f32 * 0.08, 0.0);
             let origin = Vec3::new(6.0, 4.0, -60.0);
@@ -254,9 +256,9 @@ fn a_dense_mesh_in_a_wide_scene_answers_like_the_tree_and_costs_little() {
         })
         .collect();
     let find = |accelerator: &Accelerator, worker: &mut Worker| {
-        let mut found = vec![None; rays.len()];
-        accelerator.closest_all(&geometry, &rays, worker, |i, hit| found[i] = hit);
-        found
+        let mut found = Hits::default();
+        accelerator.closest_all(&geometry, &rays, worker, &mut found);
+        found.iter().collect::<Vec<_>>()
     };
     let mut worker = Worker::default();
     assert_eq!(find(&grid, &mut worker), find(&tree, &mut Worker::default()));
@@ -282,7 +284,7 @@ fn packets_stay_together_among_many_small_cones() {
     geometry.finish();
     let tree = Accelerator::build(&geometry, Accel::Bvh, 1.0);
     let origin = Vec3::new(0.1, 0.2, 4.0);
-    let rays: Vec<Ray> = (0..512)
+    let rays: Rays = (0..512)
         .map(|i| {
             // Tiles of four by four.
             let (tile, x, y) = (i / 16, i % 4, i / 4 % 4);
@@ -291,10 +293,10 @@ fn packets_stay_together_among_many_small_cones() {
         })
         .collect();
     let (mut alone, mut together) = (Worker::default(), Worker::default());
-    let expected: Vec<_> = rays.iter().map(|ray| tree.closest(&geometry, ray, &mut alone)).collect();
-    let mut found = vec![None; rays.len()];
-    tree.closest_all(&geometry, &rays, &mut together, |i, hit| found[i] = hit);
-    assert_eq!(found, expected);
+    let expected: Vec<_> = rays.iter().map(|ray| tree.closest(&geometry, &ray, &mut alone)).collect();
+    let mut found = Hits::default();
+    tree.closest_all(&geometry, &rays, &mut together, &mut found);
+    assert_eq!(found.iter().collect::<Vec<_>>(), expected);
     let (alone, together) = (alone.counters.steps, together.counters.steps);
     assert!(2 * together < alone, "{together} nodes together, {alone} alone");
 }

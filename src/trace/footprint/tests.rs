@@ -18,7 +18,7 @@ fn crossed(places: &[Place], ray: &Ray, end: f32) -> Vec<usize> {
         let mut footprint = Footprint::default();
         footprint.begin([Mark::default(); 3].into_iter());
         let lookout = Lookout { boxes: &boxes, live: u64::MAX, middle: Vec3::X, width };
-        footprint.add(lookout, &[*ray], std::iter::once((1, end)));
+        footprint.add(lookout, std::iter::once((*ray, 1, end)));
         let marks = footprint.marks();
         assert_eq!([marks[0], marks[2]], [Mark::default(); 2]);
         assert_eq!(marks[1].far, ray.origin.distance_squared(Vec3::X));

@@ -22,11 +22,13 @@ use glam::{DAffine3, Vec2, Vec3};
 
 use super::ray::Ray;
 use super::shapes::Frustum;
+use super::simd::{Lanes, V3};
 use crate::components::MeshData;
 pub use bounds::Bounds;
 pub use meet::Best;
 pub use meshes::{Instance, Model, Part};
 pub use parametrise::{Frame, Parametrisation};
+pub use points::EightHits;
 pub use solid::{LocalShape, Map};
 use solid::{Placed, cone_bounds};
 
@@ -334,13 +336,22 @@ impl Geometry {
     /// Precision then does not depend on how far away the camera is. Whatever finds primitives goes through this.
     #[inline(always)]
     pub fn approach(&self, ray: &Ray) -> (f32, Ray) {
-        let to_center = self.center - ray.origin;
-        if to_center.length_squared() < self.far {
-            return (0.0, *ray);
+        let (skip, origin) = self.approached::<f32>(ray.origin.into(), ray.direction.into());
+        (skip, Ray { origin: origin.into(), t_max: ray.t_max - skip, ..*ray })
+    }
+
+    /// As [`Self::approach`]: distances moved, and where rays with these origins and directions start then.
+    #[inline(always)]
+    pub fn approached<L: Lanes>(&self, origin: V3<L>, direction: V3<L>) -> (L, V3<L>) {
+        let zero = L::splat(0.0);
+        let to_center = V3::splat(self.center) - origin;
+        let far = L::splat(self.far).le(to_center.dot(to_center));
+        if !L::any(far) {
+            return (zero, origin);
         }
-        let skip = (to_center.dot(ray.direction) - self.reach).max(0.0);
-        let origin = ray.origin + ray.direction * skip;
-        (skip, Ray { origin, t_max: ray.t_max - skip, ..*ray })
+        let skip = L::select(far, (to_center.dot(direction) - L::splat(self.reach)).max(zero), zero);
+        let moved = L::both(far, zero.lt(skip));
+        (skip, V3::select(moved, origin + direction.scale(skip), origin))
     }
 }
 

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::solid::{Map, Placed, Solid};
 use super::{Geometry, Kind, Tag};
 use crate::trace::shapes::{Frustum, Part};
-use crate::trace::simd::{LANES, Lanes, V3, Wide, set_lane};
+use crate::trace::simd::{LANES, Lanes, V3, Wide, lane, set_lane};
 use crate::trace::surface::{Points, ROUNDING, Surface};
 use crate::trace::{Hit, Ray};
 
@@ -26,7 +26,7 @@ impl Geometry {
                 let [x, y, z, r] = self.spheres[index];
                 flat(tag, on_sphere(near(), Vec3::new(x, y, z), r))
             }
-            Kind::Triangle => on_triangle(tag, &self.triangles[index], hit, self.mixed_normal(index, hit)),
+            Kind::Triangle => on_triangle(tag, &self.triangles[index], hit, self.mixed_normal(index, [hit.u, hit.v])),
             Kind::Box => {
                 let [min, max] = self.boxes[index];
                 flat(tag, on_box(near(), min, max))
@@ -58,9 +58,9 @@ impl Geometry {
 impl Geometry {
     /// Direction of the shading normal of a triangle that stands alone, if it is smooth; any length.
     #[inline(always)]
-    fn mixed_normal(&self, index: usize, hit: &Hit) -> Option<Vec3> {
+    fn mixed_normal(&self, index: usize, [u, v]: [f32; 2]) -> Option<Vec3> {
         let [a, b, c] = self.normals.get(self.shading[index] as usize)?;
-        Some(*a * (1.0 - hit.u - hit.v) + *b * hit.u + *c * hit.v)
+        Some(*a * (1.0 - u - v) + *b * u + *c * v)
     }
 }
 
@@ -68,13 +68,11 @@ impl Geometry {
 #[derive(Default)]
 struct Columns {
     corners: [[[f32; LANES]; 3]; 3],
-    weights: [[f32; LANES]; 2],
     mixed: [[f32; LANES]; 3],
     /// A bit for each lane with a triangle, with a smooth one, with a sphere.
     triangles: u32,
     smooth: u32,
     spheres: u32,
-    near: [[f32; LANES]; 3],
     center: [[f32; LANES]; 3],
     radius: [f32; LANES],
     /// Of all other shapes: point, error, geometric and shading normal.
@@ -83,26 +81,54 @@ struct Columns {
 
 impl Columns {
     #[inline(always)]
-    fn triangle(&mut self, lane: usize, corners: [Vec3; 3], hit: &Hit, mixed: Option<Vec3>) {
+    fn triangle(&mut self, lane: usize, corners: [Vec3; 3], mixed: Option<Vec3>) {
         self.triangles |= 1 << lane;
         for (column, corner) in self.corners.iter_mut().zip(&corners) {
             set_lane(column, lane, *corner);
         }
-        (self.weights[0][lane], self.weights[1][lane]) = (hit.u, hit.v);
         if let Some(mixed) = mixed {
             self.smooth |= 1 << lane;
             set_lane(&mut self.mixed, lane, mixed);
         }
+    }
+
+    fn other(&mut self, lane: usize, s: &Surface) {
+        for (column, v) in self.others.iter_mut().zip([s.point, s.error, s.geometric_normal, s.shading_normal]) {
+            set_lane(column, lane, v);
+        }
+    }
+}
+
+/// Eight rays and what they met.
+pub struct EightHits<L> {
+    pub origin: V3<L>,
+    pub direction: V3<L>,
+    pub t: L,
+    pub u: L,
+    pub v: L,
+    pub primitives: [u32; LANES],
+    pub elements: [u32; LANES],
+}
+
+impl<L: Wide> EightHits<L> {
+    fn one(&self, i: usize) -> (Ray, Hit) {
+        let ray = Ray::new(lane(&self.origin.store(), i), lane(&self.direction.store(), i));
+        let [t, u, v] = [self.t.store()[i], self.u.store()[i], self.v.store()[i]];
+        (ray, Hit { t, primitive: self.primitives[i], element: self.elements[i], u, v })
     }
 }
 
 impl Geometry {
     /// As [`Self::surface`] for eight hits.
     #[inline(always)]
-    pub fn surfaces<L: Wide>(&self, rays: [&Ray; LANES], hits: &[Hit; LANES]) -> Points<L> {
+    pub fn surfaces<L: Wide>(&self, met: &EightHits<L>) -> Points<L> {
         let mut columns = Columns::default();
-        for (lane, (ray, hit)) in rays.into_iter().zip(hits).enumerate() {
-            self.gather(&mut columns, lane, ray, hit);
+        let (u, v) = (met.u.store(), met.v.store());
+        for lane in 0..LANES {
+            if !self.gather(&mut columns, lane, met.primitives[lane], [u[lane], v[lane]]) {
+                let (ray, hit) = met.one(lane);
+                columns.other(lane, &self.surface(&ray, &hit));
+            }
         }
         let [point, error, geometric, shading] = &columns.others;
         let mut points = Points {
@@ -112,9 +138,9 @@ impl Geometry {
             shading_normal: V3::load(shading),
         };
         if columns.triangles != 0 {
-            let ([a, b, c], [u, v]) = (&columns.corners, &columns.weights);
+            let [a, b, c] = &columns.corners;
             let corners = [V3::load(a), V3::load(b), V3::load(c)];
-            let (point, normal, error) = triangle_point(corners, [L::load(u), L::load(v)]);
+            let (point, normal, error) = triangle_point(corners, [met.u, met.v]);
             let mut shading = normal;
             if columns.smooth != 0 {
                 let smooth = smoothed(V3::load(&columns.mixed), normal);
@@ -124,43 +150,35 @@ impl Geometry {
         }
         if columns.spheres != 0 {
             let center = V3::load(&columns.center);
-            let (point, normal, error) = sphere_point(V3::load(&columns.near), center, L::load(&columns.radius));
+            let (_, origin) = self.approached(met.origin, met.direction);
+            let near = origin + met.direction.scale(met.u);
+            let (point, normal, error) = sphere_point(near, center, L::load(&columns.radius));
             points.put(L::mask(columns.spheres), [point, error, normal, normal]);
         }
         points
     }
 
+    /// Puts the primitive that a ray met at these parameters into its lane; false for shapes without lanes.
     #[inline(always)]
-    fn gather(&self, columns: &mut Columns, lane: usize, ray: &Ray, hit: &Hit) {
-        let n = hit.primitive;
+    fn gather(&self, columns: &mut Columns, lane: usize, n: u32, [u, v]: [f32; 2]) -> bool {
         let kind = self.kind_of(n);
         let index = (n - self.range(kind).start) as usize;
         match kind {
             Kind::MeshTriangle => {
                 let part = self.part_of(n);
                 let triangle = n - part.first;
-                let mixed = part.shading_normal(triangle, hit.u, hit.v);
-                columns.triangle(lane, part.corners(triangle), hit, mixed);
+                columns.triangle(lane, part.corners(triangle), part.shading_normal(triangle, u, v));
             }
-            Kind::Triangle => {
-                columns.triangle(lane, self.triangles[index], hit, self.mixed_normal(index, hit));
-            }
+            Kind::Triangle => columns.triangle(lane, self.triangles[index], self.mixed_normal(index, [u, v])),
             Kind::Sphere => {
                 let [x, y, z, r] = self.spheres[index];
-                let (_, near) = self.approach(ray);
                 columns.spheres |= 1 << lane;
-                set_lane(&mut columns.near, lane, near.origin + near.direction * hit.u);
                 set_lane(&mut columns.center, lane, Vec3::new(x, y, z));
                 columns.radius[lane] = r;
             }
-            _ => {
-                let s = self.surface(ray, hit);
-                let vectors = [s.point, s.error, s.geometric_normal, s.shading_normal];
-                for (column, v) in columns.others.iter_mut().zip(&vectors) {
-                    set_lane(column, lane, *v);
-                }
-            }
+            _ => return false,
         }
+        true
     }
 }
 

@@ -5,15 +5,15 @@
 
 use glam::Vec3;
 
+use super::errand::{Asked, Errands, Shadows, Wave};
 use super::group::{Group, Met};
-use super::wave::{Errand, Shadows, Wave, place};
 use super::{LightSampling, View};
 use crate::components::Model;
+use crate::trace::Counters;
 use crate::trace::lights::Light;
-use crate::trace::sampler::Domain;
-use crate::trace::simd::{Kernel, LANES, V3, Wide, lane, lanes, set_lane};
+use crate::trace::sampler::{Domain, Node};
+use crate::trace::simd::{Kernel, LANES, V3, Wide, lanes, set_lane};
 use crate::trace::surfacing::Surfacing;
-use crate::trace::{Counters, Ray};
 
 /// The surfaces that a wave met.
 pub struct Classic<'a> {
@@ -112,14 +112,9 @@ impl Classic<'_> {
             color = color + shine;
         }
         let strength = if lamp.inverse_square { L::splat(share) / square } else { L::splat(share) };
-        let gain = (group.weight * (color * V3::splat(lamp.color)).scale(strength)).store();
-        let (origin, direction, target) = (origin.store(), direction.store(), target.store());
-        let distance = distance.store();
-        for i in lanes(lit) {
-            let ray = Ray { origin: lane(&origin, i), direction: lane(&direction, i), t_max: distance[i] };
-            let sample = place(group.errands[i].sample, lamp.pass);
-            self.shadows[number].push(self.met.view, ray, lane(&target, i), sample, lane(&gain, i));
-        }
+        let gain = group.errands.weight * (color * V3::splat(lamp.color)).scale(strength);
+        let asked = Asked { origin, direction, distance, target, gain };
+        self.shadows[number].put(self.met.view, lit, &asked, group.samples.which(), lamp.pass);
     }
 
     /// Lanes of surfaces that show light of lamps.
@@ -155,9 +150,15 @@ impl Classic<'_> {
     fn mirror<L: Wide>(&mut self, group: &Group<L>) {
         let material = |i: usize| &self.met.view.materials[group.materials[i] as usize];
         let mirrors = |i: &usize| material(*i).model != Model::Lambert && material(*i).reflection > 0.0;
-        if !lanes(group.used).any(|i| mirrors(&i)) {
+        let (mut mirroring, mut weight) = (0u32, [[0.0; LANES]; 3]);
+        for i in lanes(group.used).filter(mirrors) {
+            mirroring |= 1 << i;
+            set_lane(&mut weight, i, material(i).mirror_color * material(i).reflection);
+        }
+        if mirroring == 0 {
             return;
         }
+        self.counters.reflection_rays += u64::from(mirroring.count_ones());
         let (two, points) = (L::splat(2.0), &group.points);
         let normal = points.shading_normal;
         let mut direction = group.direction - normal.scale(two * group.direction.dot(normal));
@@ -165,14 +166,9 @@ impl Classic<'_> {
         let height = direction.dot(points.geometric_normal);
         let risen = direction - points.geometric_normal.scale(two * height);
         direction = V3::select(height.lt(L::splat(0.0)), risen, direction);
-        let (origin, direction) = (points.leave(direction).store(), direction.store());
-        for i in lanes(group.used).filter(mirrors) {
-            self.counters.reflection_rays += 1;
-            let errand = group.errands[i];
-            let ray = Ray::new(lane(&origin, i), lane(&direction, i));
-            let weight = material(i).mirror_color * material(i).reflection;
-            let onward = errand.onward(errand.node.reflected(), weight);
-            self.next.push(ray, Errand { cone: group.cone(i), ..onward });
-        }
+        let weight = group.errands.weight * V3::load(&weight);
+        let errands = Errands { weight, pdf: L::splat(0.0), ..group.errands };
+        let errands = errands.at(&group.samples.onward(Node::reflected));
+        self.next.put(mirroring, points.leave(direction), direction, &errands);
     }
 }

@@ -6,13 +6,14 @@
 
 use std::f32::consts::FRAC_1_PI;
 
+use super::errand::{Asked, DIFFUSE_SPREAD, Errands, Shadows, Wave};
 use super::group::{Group, Met};
 use super::path::SAFE_DEPTH;
-use super::wave::{DIFFUSE_SPREAD, Errand, Shadows, Wave, found, place};
+use super::wave::found;
+use crate::trace::Counters;
 use crate::trace::bsdf::{cosine_directions, tangents};
-use crate::trace::sampler::Domain;
-use crate::trace::simd::{Kernel, LANES, Wide, lane, lanes};
-use crate::trace::{Counters, Ray};
+use crate::trace::sampler::{Domain, Node};
+use crate::trace::simd::{Kernel, LANES, V3, Wide, lanes};
 
 /// The matt surfaces that a wave met.
 pub struct Matt<'a> {
@@ -61,15 +62,25 @@ impl Matt<'_> {
         if self.depth < self.met.view.settings.max_depth {
             share = L::select(zero.lt(light.pdf), found(light.pdf, pdf), share);
         }
-        let gain = (group.weight * (value * light.gain).scale(share)).store();
-        let (origin, direction) = (group.points.leave(light.direction).store(), light.direction.store());
-        let (target, distance) = (light.target.store(), light.distance.store());
-        for i in lanes(lit) {
-            let number = arrivals.lights[i];
-            let ray = Ray { origin: lane(&origin, i), direction: lane(&direction, i), t_max: distance[i] };
-            let sample = place(group.errands[i].sample, lights.pass(number));
+        let asked = Asked {
+            origin: group.points.leave(light.direction),
+            direction: light.direction,
+            distance: light.distance,
+            target: light.target,
+            gain: group.errands.weight * (value * light.gain).scale(share),
+        };
+        // Those of one light after those of another.
+        let mut left = lit;
+        while left != 0 {
+            let number = arrivals.lights[left.trailing_zeros() as usize % LANES];
+            let mut same = 0;
+            for (i, light) in arrivals.lights.iter().enumerate() {
+                same |= u32::from(*light == number) << i;
+            }
             let bin = number as usize % self.shadows.len();
-            self.shadows[bin].push(self.met.view, ray, lane(&target, i), sample, lane(&gain, i));
+            let which = left & same;
+            self.shadows[bin].put(self.met.view, which, &asked, group.samples.which(), lights.pass(number));
+            left &= !same;
         }
     }
 
@@ -80,30 +91,28 @@ impl Matt<'_> {
         let local = cosine_directions(group.samples.stratified::<L>(Domain::Bounce));
         let [x, y] = tangents(group.normal);
         let direction = (x.scale(local.x) + y.scale(local.y) + group.normal.scale(local.z)).normalize();
-        let weight = group.weight * group.albedo;
+        let mut weight = group.errands.weight * group.albedo;
+        let worth = weight.max_element();
         let above = zero.le(group.points.geometric_normal.dot(direction));
-        let going = L::both(L::both(zero.lt(local.z), above), zero.lt(weight.max_element()));
-        let pdf = local.z * L::splat(FRAC_1_PI);
-        let wider = (L::splat(0.5) / pdf.sqrt()).min(L::splat(DIFFUSE_SPREAD)).store();
-        let (origin, direction) = (group.points.leave(direction).store(), direction.store());
-        let (pdf, weight) = (pdf.store(), weight.store());
-        let going = L::bits(going) & group.used;
-        for i in lanes(going) {
-            let errand = group.errands[i];
-            let node = errand.node.scattered();
-            let mut weight = lane(&weight, i);
-            let worth = weight.max_element();
-            if self.depth >= SAFE_DEPTH && worth < 1.0 {
-                let sampler = &self.met.samples[errand.sample as usize].1;
-                if sampler.random(node, Domain::Roulette)[0] >= worth {
-                    continue;
+        let going = L::both(L::both(zero.lt(local.z), above), zero.lt(worth));
+        let mut going = L::bits(going) & group.used;
+        let nodes = group.samples.onward(Node::scattered);
+        if self.depth >= SAFE_DEPTH {
+            let doubtful = worth.lt(L::splat(1.0));
+            let chances = worth.store();
+            for i in lanes(going & L::bits(doubtful)) {
+                if group.samples.sampler(i).random(nodes[i], Domain::Roulette)[0] >= chances[i] {
+                    going &= !(1 << i);
                 }
-                weight /= worth;
             }
-            self.counters.diffuse_rays += 1;
-            let ray = Ray::new(lane(&origin, i), lane(&direction, i));
-            let cone = group.cone(i).widened(wider[i]);
-            self.next.push(ray, Errand { node, weight, pdf: pdf[i], cone, ..*errand });
+            let by = L::select(doubtful, worth, L::splat(1.0));
+            weight = V3 { x: weight.x / by, y: weight.y / by, z: weight.z / by };
         }
+        self.counters.diffuse_rays += u64::from(going.count_ones());
+        let pdf = local.z * L::splat(FRAC_1_PI);
+        let wider = (L::splat(0.5) / pdf.sqrt()).min(L::splat(DIFFUSE_SPREAD));
+        let spread = group.errands.spread + wider;
+        let errands = Errands { weight, pdf, spread, ..group.errands }.at(&nodes);
+        self.next.put(going, group.points.leave(direction), direction, &errands);
     }
 }

@@ -26,12 +26,14 @@
 mod adaptive;
 mod again;
 mod classic;
+mod errand;
 mod feature;
 mod group;
 mod matt;
 mod path;
 mod photon;
 mod recursive;
+mod sift;
 mod wave;
 
 use glam::Vec3;
@@ -41,11 +43,11 @@ use super::camera::CameraRays;
 use super::environment::Environment;
 use super::footprint::Lookout;
 use super::lights::Lights;
-use super::sampler::{Domain, Eight, Node, Sampler};
-use super::simd::{Kernel, LANES, Wide, Width, lane};
+use super::sampler::{Domain, Node, Sample, Sampler, Set};
+use super::simd::{Kernel, LANES, Wide, Width};
 use super::surfacing::Surfacing;
 use super::texture::{Cone, Skins};
-use super::{Accelerator, Geometry, Ray, Worker};
+use super::{Accelerator, Geometry, Worker};
 use crate::base::random::combine;
 use crate::components::{Fresnel, Integrator, Render, Shadows};
 use crate::film::{FilterTable, Tally};
@@ -53,7 +55,7 @@ pub use adaptive::Noise;
 pub use again::expose_again;
 pub use photon::{Guide, Photons, Shelf};
 pub use wave::Buffers;
-use wave::{Lot, Sample};
+use wave::Lot;
 
 /// Where on a light a shadow ray ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -299,9 +301,12 @@ fn add_batch(view: View, batch: &mut Batch, tallies: &mut [Tally], worker: &mut 
 /// Traces samples of pixels, [`BATCH`] at most.
 fn trace_batch(view: View, samples: &[Sample], buffers: &mut Buffers, worker: &mut Worker) {
     buffers.begin(samples.len(), view.passes, view.settings.features);
-    view.lanes.run(Start { view, samples, buffers });
+    let mut numbers = std::mem::take(&mut buffers.numbers);
+    let set = Set::new(samples, &mut numbers);
+    view.lanes.run(Start { view, samples: set, buffers });
     worker.counters.primary_rays += samples.len() as u64;
-    wave::trace(view, samples, buffers, worker);
+    wave::trace(view, set, buffers, worker);
+    buffers.numbers = numbers;
 }
 
 /// Where in and around its pixel a sample lies, from the top left corner, and its weight.
@@ -313,7 +318,7 @@ fn place_in_pixel(view: View, sampler: &Sampler) -> ([f32; 2], f32) {
 /// The camera rays of samples.
 struct Start<'a> {
     view: View<'a>,
-    samples: &'a [Sample],
+    samples: Set<'a>,
     buffers: &'a mut Buffers,
 }
 
@@ -324,22 +329,21 @@ impl Kernel for Start<'_> {
     fn run<L: Wide>(self) {
         let Start { view, samples, buffers } = self;
         let cone = Cone { width: 0.0, spread: view.camera.spread() / view.settings.strata as f32 };
-        for eight in samples.chunks(LANES) {
-            let mut samplers = [&eight[0].1; LANES];
-            let mut pixels = [eight[0].0; LANES];
-            for (i, (pixel, sampler)) in eight.iter().enumerate() {
-                (pixels[i], samplers[i]) = (*pixel, sampler);
+        for first in (0..samples.len()).step_by(LANES) {
+            let mut which = [0; LANES];
+            for (i, sample) in which.iter_mut().enumerate() {
+                *sample = (first + i).min(samples.len() - 1) as u32;
             }
-            let samplers = Eight::new(samplers, [Node::CAMERA; LANES]);
+            let eight = samples.eight(which, [Node::CAMERA; LANES]);
             let mut square = [[0.5; LANES]; 2];
             if view.settings.strata > 1 {
-                let [x, y] = samplers.in_own_cell::<L>(Domain::Pixel);
+                let [x, y] = eight.in_own_cell::<L>(Domain::Pixel);
                 square = [x.store(), y.store()];
             }
             let mut place = [[0.0; LANES]; 2];
             let mut lots = [Lot::default(); LANES];
             for i in 0..LANES {
-                let [x, y] = pixels[i];
+                let [x, y] = samples.pixel(which[i]);
                 let (offset, weight) = view.filter.sample([square[0][i], square[1][i]]);
                 [place[0][i], place[1][i]] = [x as f32 + offset[0], y as f32 + offset[1]];
                 let (dx, dy) = (offset[0] - 0.5, offset[1] - 0.5);
@@ -347,14 +351,10 @@ impl Kernel for Start<'_> {
             }
             let mut lens = [L::splat(0.5); 2];
             if view.camera.has_lens() {
-                lens = samplers.stratified(Domain::Lens);
+                lens = eight.stratified(Domain::Lens);
             }
             let (origin, direction) = view.camera.aim([L::load(&place[0]), L::load(&place[1])], lens);
-            let (origin, direction) = (origin.store(), direction.store());
-            for (i, lot) in lots.iter().enumerate().take(eight.len()) {
-                let ray = Ray::new(lane(&origin, i), lane(&direction, i));
-                buffers.start(ray, cone, *lot);
-            }
+            buffers.start(origin, direction, cone, &lots[..LANES.min(samples.len() - first)]);
         }
     }
 }

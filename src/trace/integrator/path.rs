@@ -9,7 +9,8 @@
 use glam::Vec3;
 
 use super::View;
-use super::wave::{CLEAR, Encounter, Errand, Shadows, Wave, found, place};
+use super::errand::{CLEAR, Errand, Shadows, Wave, place};
+use super::wave::{Encounter, found};
 use crate::trace::bsdf::{Bsdf, Frame, Transport};
 use crate::trace::lights::Lights;
 use crate::trace::sampler::Domain;

@@ -7,7 +7,8 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::wave::{Encounter, Errand, Shadows, Wave, found, place};
+use super::errand::{Errand, Shadows, Wave, place};
+use super::wave::{Encounter, found};
 use super::{LightSampling, View};
 use crate::components::{Fresnel, Integrator, Model};
 use crate::trace::bsdf::{Bsdf, Frame, Sampled, Transport};

@@ -3,108 +3,22 @@
 use glam::Vec3;
 
 use super::classic::{Classic, is_classic};
+use super::errand::{CLEAR, Errand, Errands, Seeks, Shadows, Wave, place, sample_at};
 use super::group::{Met, Place};
 use super::matt::Matt;
+use super::sift::Sift;
 use super::{BATCH, View, feature, path, photon, recursive};
 use crate::components::Integrator;
 use crate::film::Feature;
 use crate::trace::bsdf::Frame;
-use crate::trace::sampler::{Node, Sampler};
-use crate::trace::simd::Lanes;
+use crate::trace::sampler::{Sampler, Set};
+use crate::trace::simd::{LANES, Lanes, V3, Wide};
 use crate::trace::surfacing::Surfacing;
 use crate::trace::texture::Cone;
-use crate::trace::{Counters, Hit, Ray, Surface, Worker};
-
-/// What becomes of the light that a ray finds.
-#[derive(Clone, Copy, Debug)]
-pub struct Errand {
-    pub node: Node,
-    /// Index of its sample in the batch.
-    pub sample: u32,
-    /// Factor of its light in the colour of the sample.
-    pub weight: Vec3,
-    /// Of the ray where it starts; in an [`Encounter`] where it ends.
-    pub cone: Cone,
-    /// Density per steradian with which the direction was sampled; 0 if nothing else could have found it.
-    pub pdf: f32,
-    /// Material of the body that the ray runs in and that swallows light, or [`CLEAR`].
-    pub medium: u32,
-    pub seeks: Seeks,
-}
-
-/// Whose light a ray still brings home. Other rays than those of photon mapping seek all.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Seeks {
-    All,
-    /// What comes straight from a light, and then as `Unsent`: photons have told the rest.
-    Direct,
-    /// That of lights which send no photons.
-    Unsent,
-}
+use crate::trace::{Counters, Hit, Hits, Ray, Surface, Worker};
 
 /// Cosine below which a smooth normal is not trusted.
 pub const LEAST_FACING: f32 = 1e-3;
-
-/// No medium that swallows light.
-pub const CLEAR: u32 = u32::MAX;
-
-/// How much wider the cones of rays get that a diffuse surface scatters, in radians: far less than they are apart, so
-/// that what they find of a texture stays true to its place.
-pub const DIFFUSE_SPREAD: f32 = 0.1;
-
-impl Errand {
-    /// The errand of a ray in the one possible direction.
-    pub fn onward(&self, node: Node, weight: Vec3) -> Errand {
-        Errand { node, weight: self.weight * weight, pdf: 0.0, ..*self }
-    }
-
-    /// The cone of a ray whose direction was sampled with this density, 0 for the one possible direction: the wider the
-    /// lobe, the wider the cone.
-    pub fn scattered_cone(&self, pdf: f32) -> Cone {
-        if pdf > 0.0 { self.cone.widened((0.5 / pdf.sqrt()).min(DIFFUSE_SPREAD)) } else { self.cone }
-    }
-}
-
-/// Rays on their way, and their errands.
-#[derive(Debug, Default)]
-pub struct Wave {
-    rays: Vec<Ray>,
-    errands: Vec<Errand>,
-}
-
-impl Wave {
-    #[inline]
-    pub fn push(&mut self, ray: Ray, errand: Errand) {
-        self.rays.push(ray);
-        self.errands.push(errand);
-    }
-
-    pub fn rays(&self) -> &[Ray] {
-        &self.rays
-    }
-
-    pub fn errands(&self) -> &[Errand] {
-        &self.errands
-    }
-
-    pub fn get(&self, i: usize) -> (Ray, Errand) {
-        (self.rays[i], self.errands[i])
-    }
-
-    pub fn clear(&mut self) {
-        self.rays.clear();
-        self.errands.clear();
-    }
-}
-
-/// Shadow rays towards one light, with what each adds if nothing stands in its way.
-#[derive(Debug, Default)]
-pub struct Shadows {
-    rays: Vec<Ray>,
-    /// Ends of the rays, where transparent surfaces do not stop them.
-    targets: Vec<Vec3>,
-    gains: Vec<(u32, Vec3)>,
-}
 
 /// A sample's part in its pixel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -112,18 +26,6 @@ pub struct Lot {
     pub weight: f32,
     /// Square of its distance from the pixel's centre.
     pub off_center: f32,
-}
-
-impl Shadows {
-    /// Asks whether the way to `target` is free.
-    #[inline]
-    pub fn push(&mut self, view: View, ray: Ray, target: Vec3, sample: u32, gain: Vec3) {
-        self.rays.push(ray);
-        if view.settings.transparent_shadows {
-            self.targets.push(target);
-        }
-        self.gains.push((sample, gain));
-    }
 }
 
 /// Bins of shadow rays for lights that are chosen among: those to one light run alike.
@@ -134,7 +36,9 @@ const BINS: usize = 32;
 pub struct Buffers {
     wave: Wave,
     next: Wave,
-    hits: Vec<Option<Hit>>,
+    hits: Hits,
+    /// By eights of rays: which of them are to be looked at before they are shaded.
+    special: Vec<u8>,
     blocked: Vec<bool>,
     /// By light.
     shadows: Vec<Shadows>,
@@ -142,6 +46,8 @@ pub struct Buffers {
     places: Vec<Place>,
     /// Colour of each sample, pass by pass: see [`place`].
     pub colors: Vec<Vec3>,
+    /// Numbers of the samples, see [`Set`].
+    pub numbers: Vec<u32>,
     /// Where each sample lies in its pixel.
     pub lots: Vec<Lot>,
     /// What the camera ray of each sample met; empty unless the film wants it.
@@ -158,30 +64,17 @@ impl Buffers {
         self.colors.resize((passes - 1) * BATCH + samples, Vec3::ZERO);
     }
 
-    /// Adds the camera ray of the next sample.
+    /// Adds the camera rays of the next samples, one for each lot.
     #[inline(always)]
-    pub fn start(&mut self, ray: Ray, cone: Cone, lot: Lot) {
-        let sample = self.lots.len() as u32;
-        self.lots.push(lot);
-        let errand =
-            Errand { sample, node: Node::CAMERA, weight: Vec3::ONE, cone, pdf: 0.0, medium: CLEAR, seeks: Seeks::All };
-        self.wave.push(ray, errand);
+    pub fn start<L: Wide>(&mut self, origin: V3<L>, direction: V3<L>, cone: Cone, lots: &[Lot]) {
+        let first = self.lots.len() as u32;
+        let mut samples = [0; LANES];
+        for (i, sample) in samples.iter_mut().enumerate() {
+            *sample = first + i as u32;
+        }
+        self.wave.put((1 << lots.len()) - 1, origin, direction, &Errands::first(&samples, cone));
+        self.lots.extend_from_slice(lots);
     }
-}
-
-/// A sample of a pixel, and its decisions.
-pub type Sample = ([u32; 2], Sampler);
-
-/// Where the light of a pass is added up for a sample.
-#[inline]
-pub fn place(sample: u32, pass: u32) -> u32 {
-    sample + pass * BATCH as u32
-}
-
-/// The sample of such a place.
-#[inline]
-fn sample_at(place: u32) -> u32 {
-    place % BATCH as u32
 }
 
 /// A ray, the surface that it met, and what the surface is of.
@@ -216,7 +109,7 @@ impl Encounter<'_> {
 }
 
 /// Traces the camera rays of these samples in the buffers and all that follow from them.
-pub fn trace(view: View, samples: &[Sample], buffers: &mut Buffers, worker: &mut Worker) {
+pub fn trace(view: View, samples: Set, buffers: &mut Buffers, worker: &mut Worker) {
     let bins = match view.settings.integrator {
         Integrator::Path | Integrator::Photon => view.lights.len().min(BINS),
         // One for what shines among the primitives.
@@ -224,12 +117,12 @@ pub fn trace(view: View, samples: &[Sample], buffers: &mut Buffers, worker: &mut
     };
     buffers.shadows.resize_with(bins, Shadows::default);
     for depth in 1..=view.settings.max_depth {
-        if buffers.wave.rays.is_empty() {
+        if buffers.wave.rays().is_empty() {
             return;
         }
         find(view, buffers, worker);
         if depth == 1 {
-            worker.counters.primary_hits += buffers.hits.iter().flatten().count() as u64;
+            worker.counters.primary_hits += buffers.hits.found_count();
         }
         shade(view, samples, buffers, depth, worker);
         for shadows in &mut buffers.shadows {
@@ -241,49 +134,44 @@ pub fn trace(view: View, samples: &[Sample], buffers: &mut Buffers, worker: &mut
 }
 
 fn find(view: View, buffers: &mut Buffers, worker: &mut Worker) {
-    buffers.hits.clear();
-    buffers.hits.resize(buffers.wave.rays.len(), None);
-    let hits = &mut buffers.hits;
-    view.accelerator.closest_all(view.geometry, &buffers.wave.rays, worker, |i, hit| hits[i] = hit);
+    let Buffers { wave, hits, .. } = buffers;
+    view.accelerator.closest_all(view.geometry, wave.rays(), worker, hits);
     if let Some(lookout) = view.lookout {
-        let Wave { rays, errands } = &buffers.wave;
-        let ends = rays.iter().zip(errands).zip(hits);
-        let ends = ends.map(|((ray, errand), hit)| (errand.sample, hit.map_or(ray.t_max, |hit| hit.t)));
-        worker.footprint.add(lookout, rays, ends);
+        let ended = |(i, hit): (usize, Option<Hit>)| {
+            let (ray, errand) = wave.get(i);
+            (ray, errand.sample, hit.map_or(ray.t_max, |hit| hit.t))
+        };
+        worker.footprint.add(lookout, hits.iter().enumerate().map(ended));
     }
 }
 
-fn shade(view: View, samples: &[Sample], buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
+fn shade(view: View, samples: Set, buffers: &mut Buffers, depth: u32, worker: &mut Worker) {
     let path = view.settings.follows_paths();
     // What the film is to know of a hit is found for each alone, and so is light of shining primitives in pictures that
     // look for it beside that of lamps.
     let alone = (view.settings.features && depth == 1) || view.photons.is_some();
     let side_by_side = !alone && (path || view.lights.emitters().is_empty());
+    let Buffers { wave, hits, special, .. } = &mut *buffers;
+    let lamps = path && view.lights.met(depth == 1).next().is_some();
+    view.lanes.run(Sift { view, wave, hits, lamps, camera: depth == 1, special });
     let mut places = std::mem::take(&mut buffers.places);
     places.clear();
-    for i in 0..buffers.wave.rays.len() {
-        let Buffers { wave, hits, colors, .. } = &mut *buffers;
-        let (ray, errand, hit) = (&wave.rays[i], &mut wave.errands[i], hits[i]);
-        let met = hit.map_or(f32::INFINITY, |hit| hit.t);
-        if path && errand.seeks != Seeks::Unsent {
-            path::cross_lamps(view, ray, met, errand, depth == 1, colors);
-        }
-        if errand.medium != CLEAR {
-            errand.weight *= view.materials[errand.medium as usize].left_after(met);
-        }
-        let Some(hit) = hit else {
-            let place = place(errand.sample, view.lights.surround_pass());
-            colors[place as usize] += errand.weight * sky(view, ray.direction, errand);
+    // Neighbours are mostly of one material.
+    let mut last = (u32::MAX, false);
+    for i in 0..buffers.wave.rays().len() {
+        if buffers.special[i / LANES] >> (i % LANES) & 1 == 1 && !arrive(view, i, buffers, depth, lamps) {
             continue;
-        };
-        let tag = view.geometry.tag(hit.primitive);
-        let material = &view.materials[tag.material as usize];
-        let usual = side_by_side && if path { material.is_plain() } else { is_classic(view, material) };
-        if usual && !view.skins.covers(tag.entity) {
+        }
+        let tag = view.geometry.tag(buffers.hits.primitive(i));
+        if tag.material != last.0 {
+            let material = &view.materials[tag.material as usize];
+            let usual = side_by_side && if path { material.is_plain() } else { is_classic(view, material) };
+            last = (tag.material, usual);
+        }
+        if last.1 && !view.skins.covers(tag.entity) {
             places.push([i as u32, tag.material]);
         } else {
-            let sampler = samples[errand.sample as usize].1;
-            shade_alone(view, (*ray, *errand, hit), sampler, buffers, depth, &mut worker.counters);
+            shade_alone(view, samples, i, buffers, depth, &mut worker.counters);
         }
     }
     let Buffers { wave, next, hits, shadows, .. } = &mut *buffers;
@@ -297,17 +185,31 @@ fn shade(view: View, samples: &[Sample], buffers: &mut Buffers, depth: u32, work
     buffers.places = places;
 }
 
-/// Shades one hit, of whatever material.
-fn shade_alone(
-    view: View,
-    (ray, mut errand, hit): (Ray, Errand, Hit),
-    sampler: Sampler,
-    buffers: &mut Buffers,
-    depth: u32,
-    counters: &mut Counters,
-) {
-    let Buffers { next, shadows, colors, features, .. } = buffers;
-    let (ray, hit) = (&ray, &hit);
+/// Adds the light that a ray meets on its way, and takes what the way swallows; false if it leaves the scene.
+fn arrive(view: View, i: usize, buffers: &mut Buffers, depth: u32, lamps: bool) -> bool {
+    let Buffers { wave, hits, colors, .. } = buffers;
+    let ((ray, mut errand), hit) = (wave.get(i), hits.get(i));
+    let met = hit.map_or(f32::INFINITY, |hit| hit.t);
+    if lamps && errand.seeks != Seeks::Unsent {
+        path::cross_lamps(view, &ray, met, &errand, depth == 1, colors);
+    }
+    if errand.medium != CLEAR {
+        errand.weight *= view.materials[errand.medium as usize].left_after(met);
+        wave.set_errand(i, &errand);
+    }
+    if hit.is_none() {
+        let place = place(errand.sample, view.lights.surround_pass());
+        colors[place as usize] += errand.weight * sky(view, ray.direction, &errand);
+    }
+    hit.is_some()
+}
+
+/// Shades what one ray met, of whatever material.
+fn shade_alone(view: View, samples: Set, i: usize, buffers: &mut Buffers, depth: u32, counters: &mut Counters) {
+    let Buffers { wave, hits, next, shadows, colors, features, .. } = buffers;
+    let Some(hit) = &hits.get(i) else { return };
+    let (ray, mut errand) = wave.get(i);
+    let (ray, sampler) = (&ray, *samples.sampler(errand.sample));
     let mut surface = view.geometry.surface(ray, hit);
     let mut material = &view.materials[surface.material as usize];
     errand.cone = errand.cone.at(hit.t);
@@ -370,35 +272,33 @@ pub fn found<L: Lanes>(pdf: L, asked: L) -> L {
 
 /// Traces the shadow rays towards a light and adds what gets through.
 fn settle(view: View, shadows: &mut Shadows, blocked: &mut Vec<bool>, colors: &mut [Vec3], worker: &mut Worker) {
-    let Shadows { rays, targets, gains } = shadows;
+    let rays = &shadows.rays;
     worker.counters.shadow_rays += rays.len() as u64;
     if let Some(lookout) = view.lookout {
-        let ends = rays.iter().zip(&*gains).map(|(ray, (place, _))| (sample_at(*place), ray.t_max));
-        worker.footprint.add(lookout, rays, ends);
+        let rays = rays.iter().enumerate().map(|(i, ray)| (ray, sample_at(shadows.gain(i).0), ray.t_max));
+        worker.footprint.add(lookout, rays);
     }
     let mut hits = 0;
     if view.settings.transparent_shadows {
-        for ((ray, target), (sample, gain)) in rays.iter().zip(&*targets).zip(&*gains) {
-            let share = visibility(view, *ray, *target, sample_at(*sample), worker);
+        for (i, ray) in rays.iter().enumerate() {
+            let (place, gain) = shadows.gain(i);
+            let share = visibility(view, ray, shadows.target(i), sample_at(place), worker);
             hits += u64::from(share == 0.0);
-            colors[*sample as usize] += *gain * share;
+            colors[place as usize] += gain * share;
         }
     } else {
-        blocked.clear();
-        blocked.resize(rays.len(), true);
-        view.accelerator.occluded_all(view.geometry, rays, worker, |i, met| blocked[i] = met);
+        view.accelerator.occluded_all(view.geometry, rays, worker, blocked);
         // In the order of the wave, whatever order the rays were traced in.
-        for ((sample, gain), blocked) in gains.iter().zip(&*blocked) {
+        for (i, blocked) in blocked.iter().enumerate() {
             hits += u64::from(*blocked);
             if !blocked {
-                colors[*sample as usize] += *gain;
+                let (place, gain) = shadows.gain(i);
+                colors[place as usize] += gain;
             }
         }
     }
     worker.counters.shadow_hits += hits;
-    rays.clear();
-    targets.clear();
-    gains.clear();
+    shadows.clear();
 }
 
 /// Share of light that gets along the ray to `target`, dimmed by each transparent surface on its way.
@@ -415,7 +315,7 @@ fn visibility(view: View, mut ray: Ray, target: Vec3, sample: u32, worker: &mut 
         }
         ray = Ray { origin, t_max: rest, ..ray };
         if let Some(lookout) = view.lookout {
-            worker.footprint.add(lookout, &[ray], std::iter::once((sample, rest)));
+            worker.footprint.add(lookout, std::iter::once((ray, sample, rest)));
         }
     }
     share

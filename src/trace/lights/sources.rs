@@ -228,6 +228,12 @@ impl Lights {
         self.emitters.get(light - self.lamps.len()).map_or(self.surround_pass, |emitter| emitter.pass)
     }
 
+    /// Lamps that rays meet, or those of the camera.
+    #[inline(always)]
+    pub fn met(&self, camera: bool) -> impl Iterator<Item = &Light> {
+        self.surfaces.iter().map(|i| &self.lamps[*i as usize]).filter(move |lamp| lamp.visible || !camera)
+    }
+
     /// Every lamp that a ray crosses before it ends: radiance, distance, density of [`Self::sample`], and its pass.
     #[inline]
     pub fn crossed(&self, ray: &Ray, camera: bool, mut found: impl FnMut(Vec3, f32, f32, u32)) {

@@ -1,39 +1,120 @@
 //! Samplers side by side: where eight take points of one sequence, these are computed in lanes.
 
+use super::sobol::Numbers;
 use super::{Domain, Node, STRATA, Sampler, sobol};
 use crate::trace::simd::{LANES, Wide};
 
-/// Eight samples, each at a node of its tree of rays.
-pub struct Eight<'a> {
-    samplers: [&'a Sampler; LANES],
-    nodes: [Node; LANES],
-    /// Numbers in the sequence that all are of, and their digits.
-    together: Option<([u32; LANES], u32)>,
+/// A sample of a pixel, and its decisions.
+pub type Sample = ([u32; 2], Sampler);
+
+/// Many samples.
+#[derive(Clone, Copy)]
+pub struct Set<'a> {
+    all: &'a [Sample],
+    /// Their numbers in the sequence that all are of, and the digits of a pixel's; none where they are of more than one.
+    numbers: &'a [u32],
+    digits: u32,
 }
 
-impl<'a> Eight<'a> {
-    #[inline(always)]
-    pub fn new(samplers: [&'a Sampler; LANES], nodes: [Node; LANES]) -> Self {
-        let first = samplers[0];
-        let alike = |i: usize| {
-            let s = samplers[i];
-            let set = s.sample >> (2 * s.digits);
-            s.pixel_key == first.pixel_key && s.digits == first.digits && nodes[i] == nodes[0] && set == 0
+impl<'a> Set<'a> {
+    /// `numbers` is memory for the set.
+    pub fn new(all: &'a [Sample], numbers: &'a mut Vec<u32>) -> Self {
+        numbers.clear();
+        let Some((_, first)) = all.first().filter(|(_, first)| first.place != STRATA) else {
+            return Set { all, numbers, digits: 0 };
         };
-        let mut together = first.place != STRATA;
-        let mut numbers = [0; LANES];
-        for i in 0..LANES {
-            together &= alike(i);
-            numbers[i] = samplers[i].place << (2 * first.digits) | samplers[i].sample;
+        let alike = |s: &Sampler| {
+            let set = s.sample >> (2 * s.digits);
+            s.pixel_key == first.pixel_key && s.digits == first.digits && set == 0
+        };
+        if all.iter().all(|(_, sampler)| alike(sampler)) {
+            numbers.extend(all.iter().map(|(_, s)| s.place << (2 * s.digits) | s.sample));
         }
-        Eight { samplers, nodes, together: together.then_some((numbers, sobol::BLOCK_BITS + first.digits)) }
+        Set { all, numbers, digits: first.digits }
+    }
+
+    pub fn len(&self) -> usize {
+        self.all.len()
+    }
+
+    #[inline(always)]
+    pub fn pixel(&self, sample: u32) -> [u32; 2] {
+        self.all[sample as usize].0
+    }
+
+    #[inline(always)]
+    pub fn sampler(&self, sample: u32) -> &'a Sampler {
+        &self.all[sample as usize].1
+    }
+
+    /// Eight of them, each at a node of its tree of rays.
+    #[inline(always)]
+    pub fn eight(self, which: [u32; LANES], nodes: [Node; LANES]) -> Eight<'a> {
+        let mut together = None;
+        if !self.numbers.is_empty() && same(&nodes) {
+            let mut numbers = [0; LANES];
+            for (number, sample) in numbers.iter_mut().zip(&which) {
+                *number = self.numbers[*sample as usize];
+            }
+            together = Some(Numbers::new(numbers, self.digits));
+        }
+        Eight { set: self, which, nodes, together }
+    }
+}
+
+#[inline(always)]
+fn same(nodes: &[Node; LANES]) -> bool {
+    let mut same = true;
+    for node in nodes {
+        same &= *node == nodes[0];
+    }
+    same
+}
+
+/// Eight samples, each at a node of its tree of rays.
+pub struct Eight<'a> {
+    set: Set<'a>,
+    which: [u32; LANES],
+    nodes: [Node; LANES],
+    /// Numbers in the sequence that all are of, if they are at one node.
+    together: Option<Numbers>,
+}
+
+impl Eight<'_> {
+    #[inline(always)]
+    pub fn nodes(&self) -> &[Node; LANES] {
+        &self.nodes
+    }
+
+    #[inline(always)]
+    pub fn which(&self) -> &[u32; LANES] {
+        &self.which
+    }
+
+    #[inline(always)]
+    pub fn sampler(&self, i: usize) -> &Sampler {
+        self.set.sampler(self.which[i])
+    }
+
+    /// The nodes that these lead to.
+    #[inline(always)]
+    pub fn onward(&self, to: fn(Node) -> Node) -> [Node; LANES] {
+        let (mut from, mut next) = (self.nodes[0], to(self.nodes[0]));
+        let mut nodes = [next; LANES];
+        for i in 1..LANES {
+            if self.nodes[i] != from {
+                (from, next) = (self.nodes[i], to(self.nodes[i]));
+            }
+            nodes[i] = next;
+        }
+        nodes
     }
 
     /// As [`Sampler::stratified`].
     #[inline(always)]
     pub fn stratified<L: Wide>(&self, domain: Domain) -> [L; 2] {
-        if let Some((numbers, digits)) = &self.together {
-            return sobol::pairs(numbers, *digits, self.samplers[0].key(self.nodes[0], domain));
+        if let Some(numbers) = &self.together {
+            return sobol::pairs(numbers, self.sampler(0).key(self.nodes[0], domain));
         }
         self.each(|sampler, node| sampler.stratified(node, domain))
     }
@@ -56,8 +137,8 @@ impl<'a> Eight<'a> {
     /// As [`Sampler::extra`].
     #[inline(always)]
     pub fn extra<L: Wide>(&self, domain: Domain) -> L {
-        if let Some((numbers, digits)) = &self.together {
-            return sobol::singles(numbers, *digits, !self.samplers[0].key(self.nodes[0], domain));
+        if let Some(numbers) = &self.together {
+            return sobol::singles(numbers, !self.sampler(0).key(self.nodes[0], domain));
         }
         self.each(|sampler, node| [sampler.extra(node, domain), 0.0])[0]
     }
@@ -67,7 +148,7 @@ impl<'a> Eight<'a> {
         let mut columns = [[0.0; LANES]; 2];
         let [xs, ys] = &mut columns;
         for (i, (x, y)) in xs.iter_mut().zip(ys).enumerate() {
-            [*x, *y] = f(self.samplers[i], self.nodes[i]);
+            [*x, *y] = f(self.sampler(i), self.nodes[i]);
         }
         [L::load(&columns[0]), L::load(&columns[1])]
     }
@@ -94,21 +175,25 @@ mod tests {
     fn eight_draw_what_each_would() {
         let domain = Domain::Light(3);
         for samples in [1, 9, 16, 100] {
-            for (other_block, strata) in [(false, false), (true, false), (false, true)] {
-                let samplers: Vec<Sampler> = (0..LANES as u32)
+            for (other_block, strata, spread) in
+                [(false, false, 3), (false, false, 8), (true, false, 3), (false, true, 3)]
+            {
+                let all: Vec<Sample> = (0..LANES as u32)
                     .map(|i| {
-                        let place = [i / 3 + if other_block { 7 * i } else { 0 }, 5];
+                        let place = [i / spread + if other_block { 7 * i } else { 0 }, 5];
                         let sampler = Sampler::sobol(9, place, samples);
                         let sampler = if strata { Sampler::new(9, i / 3, samples.isqrt()) } else { sampler };
-                        Sampler { sample: i * 5 % samples, ..sampler }
+                        (place, Sampler { sample: i * 5 % samples, ..sampler })
                     })
                     .collect();
                 let node = Node::CAMERA.scattered();
-                let eight = || Eight::new(std::array::from_fn(|i| &samplers[i]), [node; LANES]);
+                let mut numbers = Vec::new();
+                let set = Set::new(&all, &mut numbers);
+                let eight = || set.eight([0, 1, 2, 3, 4, 5, 6, 7], [node; LANES]);
                 assert_eq!(eight().together.is_some(), !other_block && !strata);
                 for width in Width::all() {
                     let [a, b, c, d, e] = width.run(Drawn(eight(), domain));
-                    for (i, s) in samplers.iter().enumerate() {
+                    for (i, (_, s)) in all.iter().enumerate() {
                         assert_eq!([a[i], b[i]], s.stratified(node, domain), "{width:?} {samples}");
                         assert_eq!([c[i], d[i]], s.in_own_cell(node, domain), "{width:?} {samples}");
                         assert_eq!(e[i], s.extra(node, domain), "{width:?} {samples}");

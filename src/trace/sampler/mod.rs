@@ -11,7 +11,7 @@ pub mod sobol;
 
 use super::simd::Lanes;
 use crate::base::random::{combine, mix, unit_f32};
-pub use eight::Eight;
+pub use eight::{Eight, Sample, Set};
 
 /// What a stratified point is for; domains of one ray-tree node must differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +72,17 @@ pub struct Node(u64);
 
 impl Node {
     pub const CAMERA: Node = Node(0);
+
+    /// The lower half of what stands for it, and the upper one.
+    #[inline(always)]
+    pub fn halves(self) -> [u32; 2] {
+        [self.0 as u32, (self.0 >> 32) as u32]
+    }
+
+    #[inline(always)]
+    pub fn of_halves([low, high]: [u32; 2]) -> Node {
+        Node(u64::from(high) << 32 | u64::from(low))
+    }
 
     pub fn reflected(self) -> Node {
         Node(combine(self.0, 1))

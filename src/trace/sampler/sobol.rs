@@ -132,22 +132,72 @@ fn times_24<W: Words>(x: W) -> W {
     x.left::<4>().plus(x.left::<3>())
 }
 
-/// As [`permuted`].
+/// The lowest digit of `rest`, permuted by what stands above it; `top` is the one that leads that.
 #[inline(always)]
-fn permuted_words<W: Words>(number: W, count: u32, key: u32) -> W {
-    let mut result = W::splat(0);
-    for level in (0..count).rev() {
-        let rest = number.right_by(W::splat(2 * level));
-        let above = rest.right::<2>().or(W::splat(1 << (2 * (count - 1 - level))));
-        let hash = mix_words(above.times(W::splat(0x9e37_79b9)).xor(W::splat(key)));
-        // 24 times the hash, of which the upper word counts: by halves.
-        let low = times_24(hash.and(W::splat(0xffff))).right::<16>();
-        let index = times_24(hash.right::<16>()).plus(low).right::<16>();
-        let shift = index.and(W::splat(3)).left::<3>().plus(rest.and(W::splat(3)).left::<1>());
-        let digit = index.right::<2>().pick(&PACKED).right_by(shift).and(W::splat(3));
-        result = result.left::<2>().or(digit);
+fn permuted_digit<W: Words>(rest: W, top: W, key: u32) -> W {
+    let hash = mix_words(rest.right::<2>().or(top).times(W::splat(0x9e37_79b9)).xor(W::splat(key)));
+    // 24 times the hash, of which the upper word counts: by halves.
+    let low = times_24(hash.and(W::splat(0xffff))).right::<16>();
+    let index = times_24(hash.right::<16>()).plus(low).right::<16>();
+    let shift = index.and(W::splat(3)).left::<3>().plus(rest.and(W::splat(3)).left::<1>());
+    index.right::<2>().pick(&PACKED).right_by(shift).and(W::splat(3))
+}
+
+/// Numbers of eight samples of a block.
+pub struct Numbers {
+    each: [u32; LANES],
+    /// Digits of a pixel's samples.
+    digits: u32,
+    /// Whether all are of one pixel.
+    of_one: bool,
+}
+
+/// By digit of a pixel, from the highest on: what it is shifted by less than the first, the one that leads what stands
+/// above it, and its weight.
+const PIXEL: [[u32; LANES]; 3] = {
+    let (mut lanes, mut i) = ([[0; LANES]; 3], 0);
+    while i < LANES {
+        lanes[0][i] = (2 * i as u32).wrapping_neg();
+        lanes[1][i] = 1 << (2 * i);
+        if i < BLOCK_BITS as usize {
+            lanes[2][i] = 1 << (2 * (BLOCK_BITS as usize - 1 - i));
+        }
+        i += 1;
     }
-    result
+    lanes
+};
+
+impl Numbers {
+    #[inline(always)]
+    pub fn new(each: [u32; LANES], digits: u32) -> Self {
+        let mut apart = 0;
+        for number in &each {
+            apart |= number ^ each[0];
+        }
+        Numbers { each, digits, of_one: apart >> (2 * digits) == 0 }
+    }
+
+    /// As [`permuted`].
+    #[inline(always)]
+    fn permuted<W: Words>(&self, key: u32) -> W {
+        let (number, count) = (W::load(&self.each), BLOCK_BITS + self.digits);
+        let (mut result, mut levels) = (W::splat(0), count);
+        if self.of_one {
+            // The digits of the pixel side by side.
+            let [shifts, tops, weights] = &PIXEL;
+            let rest = W::splat(self.each[0]).right_by(W::splat(2 * (count - 1)).plus(W::load(shifts)));
+            let digits = permuted_digit(rest, W::load(tops), key).times(W::load(weights)).floats().store();
+            let [a, b, c, d, e, ..] = digits;
+            result = W::splat(((a + b) + (c + d) + e) as u32);
+            levels = self.digits;
+        }
+        for level in (0..levels).rev() {
+            let rest = number.right_by(W::splat(2 * level));
+            let top = W::splat(1 << (2 * (count - 1 - level)));
+            result = result.left::<2>().or(permuted_digit(rest, top, key));
+        }
+        result
+    }
 }
 
 /// As [`scrambled`] of the reversed bits of `x`.
@@ -175,17 +225,17 @@ fn unit_words<W: Words>(x: W) -> W::Floats {
 
 /// As [`pair`], for eight numbers.
 #[inline(always)]
-pub fn pairs<L: Wide>(numbers: &[u32; LANES], count: u32, key: u64) -> [L; 2] {
+pub fn pairs<L: Wide>(numbers: &Numbers, key: u64) -> [L; 2] {
     let (low, high) = (key as u32, (key >> 32) as u32);
-    let number = permuted_words(L::Words::load(numbers), count, low);
+    let number = numbers.permuted::<L::Words>(low);
     let (x, y) = (scrambled_words(number, high), scrambled_words(second_words(number), high.rotate_left(16) ^ low));
     [unit_words(x), unit_words(y)]
 }
 
 /// As [`single`], for eight numbers.
 #[inline(always)]
-pub fn singles<L: Wide>(numbers: &[u32; LANES], count: u32, key: u64) -> L {
-    let number = permuted_words(L::Words::load(numbers), count, key as u32);
+pub fn singles<L: Wide>(numbers: &Numbers, key: u64) -> L {
+    let number = numbers.permuted::<L::Words>(key as u32);
     unit_words(scrambled_words(number, (key >> 32) as u32))
 }
 

@@ -68,6 +68,16 @@ pub trait Wide: Lanes {
     fn bits(mask: Self::Mask) -> u32;
     /// The mask that has these bits.
     fn mask(bits: u32) -> Self::Mask;
+    /// The lanes that have a bit, moved to the front; what comes after them is any lane's.
+    #[inline(always)]
+    fn packed(self, which: u32) -> Self {
+        let (from, order) = (self.store(), &PACKED[which as usize & 255]);
+        let mut to = [0.0; LANES];
+        for (x, lane) in to.iter_mut().zip(order) {
+            *x = from[usize::from(lane & 7)];
+        }
+        Self::load(&to)
+    }
     /// The least lane; no lane is NaN.
     #[inline(always)]
     fn least(self) -> f32 {
@@ -176,6 +186,26 @@ impl<L: Wide> V3<L> {
 #[inline(always)]
 pub fn lane([x, y, z]: &[[f32; LANES]; 3], i: usize) -> Vec3 {
     Vec3::new(x[i], y[i], z[i])
+}
+
+/// Lanes with these bits.
+#[inline(always)]
+pub fn bits_of<L: Wide>(words: &[u32; LANES]) -> L {
+    let mut numbers = [0.0; LANES];
+    for (x, bits) in numbers.iter_mut().zip(words) {
+        *x = f32::from_bits(*bits);
+    }
+    L::load(&numbers)
+}
+
+/// The bits of lanes.
+#[inline(always)]
+pub fn words_of<L: Wide>(lanes: L) -> [u32; LANES] {
+    let mut words = [0; LANES];
+    for (bits, x) in words.iter_mut().zip(&lanes.store()) {
+        *bits = x.to_bits();
+    }
+    words
 }
 
 /// Writes a vector into one lane of columns.
@@ -304,6 +334,23 @@ pub fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
         (lane < LANES).then_some(lane)
     })
 }
+
+/// By bits: the lanes that have one, in their order, then lane 0.
+static PACKED: [[u8; LANES]; 256] = {
+    let (mut packed, mut bits) = ([[0; LANES]; 256], 0);
+    while bits < 256 {
+        let (mut lane, mut n) = (0, 0);
+        while lane < LANES {
+            if bits >> lane & 1 == 1 {
+                packed[bits][n] = lane as u8;
+                n += 1;
+            }
+            lane += 1;
+        }
+        bits += 1;
+    }
+    packed
+};
 
 /// Asks for memory that will be read soon.
 #[inline(always)]

@@ -9,17 +9,21 @@ use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::words::{PlainWords, Words};
-use super::{Kernel, LANES, Lanes, Wide};
+use super::{Kernel, LANES, Lanes, PACKED, Wide};
 
 pub fn has_avx2() -> bool {
-    is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
+    is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("fma")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2")
+        && is_x86_feature_detected!("popcnt")
 }
 
 /// # Panics
 /// Where the processor has no AVX2.
 #[inline]
 pub fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
-    #[target_feature(enable = "avx2,fma")]
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
     fn enabled<K: Kernel>(kernel: K) -> K::Output {
         kernel.run::<Avx2>()
     }
@@ -179,6 +183,14 @@ impl Wide for Avx2 {
             let own = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
             let set = _mm256_and_si256(_mm256_set1_epi32(bits as i32), own);
             _mm256_castsi256_ps(_mm256_cmpeq_epi32(set, own))
+        }
+    }
+    #[inline(always)]
+    fn packed(self, which: u32) -> Self {
+        let order = &PACKED[which as usize & 255];
+        unsafe {
+            let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(order.as_ptr().cast()));
+            Avx2(_mm256_permutevar8x32_ps(self.0, order))
         }
     }
     #[inline(always)]

@@ -17,12 +17,12 @@ use std::sync::Arc;
 
 use super::Worker;
 use super::leaves::{Child, Held, Leaves, Source};
-use super::packet::{GROUPS, Group, Structure};
+use super::packet::{GROUPS, Group, Packet, Structure};
 use crate::components::MeshData;
+use crate::trace::Geometry;
 use crate::trace::geometry::{Best, Bounds, Layout, Model};
 use crate::trace::shapes::Probe;
 use crate::trace::simd::{LANES, Wide, Width};
-use crate::trace::{Geometry, Ray};
 
 /// Boxes of eight children; those of missing ones are inside out.
 #[derive(Clone, Debug)]
@@ -109,12 +109,11 @@ impl Structure for Bvh {
     #[inline(always)]
     fn many<L: Wide, const ANY: bool>(
         &self,
-        geometry: &Geometry,
-        rays: &[Ray],
+        packet: Packet,
         groups: &mut [Group<L>; GROUPS],
         worker: &mut Worker,
     ) -> bool {
-        packet::descend::<L, ANY>(self, geometry, rays, groups, worker)
+        packet::descend::<L, ANY>(self, packet, groups, worker)
     }
 }
 
@@ -123,8 +122,8 @@ mod tests {
     use glam::{DAffine3, DVec3, Vec3, Vec3Swizzles};
 
     use super::*;
-    use crate::trace::Tag;
     use crate::trace::accel::packet::alone;
+    use crate::trace::{Ray, Tag};
 
     #[test]
     fn a_moved_instance_does_not_build_its_mesh_again() {

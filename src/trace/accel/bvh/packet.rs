@@ -8,10 +8,8 @@ use super::walk::{entry, others, prefetch_child};
 use super::{Bvh, Child, Held, LANES, Node, Tree};
 use crate::trace::accel::Worker;
 use crate::trace::accel::leaves::Cost;
-use crate::trace::accel::packet::{GROUPS, Group, Sight};
-use crate::trace::shapes::Probe;
+use crate::trace::accel::packet::{GROUPS, Group, Packet, Sight};
 use crate::trace::simd::{Wide, lanes};
-use crate::trace::{Geometry, Ray};
 
 /// Nodes that a packet visits before it is given up; a ray alone visits some three to five.
 const PATIENCE: u32 = 28;
@@ -27,8 +25,7 @@ const LONGEST: u32 = 16 * PATIENCE;
 #[inline(always)]
 pub(super) fn descend<L: Wide, const ANY: bool>(
     bvh: &Bvh,
-    geometry: &Geometry,
-    rays: &[Ray],
+    packet: Packet,
     groups: &mut [Group<L>; GROUPS],
     worker: &mut Worker,
 ) -> bool {
@@ -78,8 +75,8 @@ pub(super) fn descend<L: Wide, const ANY: bool>(
                 let list = &tree.leaves.lists[child.index()][..child.count() as usize];
                 let mut bests = group.bests();
                 for lane in lanes(some) {
-                    let (Some(ray), best) = (rays.get(g * LANES + lane), &mut bests[lane]) else { continue };
-                    cost += others::<L, ANY>(bvh, geometry, list, &Probe::from(ray), best, &mut stack[held..]);
+                    let (Some(probe), best) = (packet.probe(g * LANES + lane), &mut bests[lane]) else { continue };
+                    cost += others::<L, ANY>(bvh, packet.geometry, list, &probe, best, &mut stack[held..]);
                     if ANY && best.found {
                         best.t = f32::NEG_INFINITY;
                     }

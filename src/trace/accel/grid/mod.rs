@@ -20,12 +20,12 @@ use glam::Vec3;
 
 use super::Worker;
 use super::leaves::{Child, Leaves};
-use super::packet::{GROUPS, Group, Structure};
+use super::packet::{GROUPS, Group, Packet, Structure};
 use crate::components::MeshData;
+use crate::trace::Geometry;
 use crate::trace::geometry::{Best, Bounds, Model};
 use crate::trace::shapes::Probe;
 use crate::trace::simd::{Wide, Width};
-use crate::trace::{Geometry, Ray};
 
 /// Padding of every bound, in lengths of the scene's diagonal. A ray starts at most four and a half diagonals away from
 /// whatever it meets; there, a walk and a test of a primitive together err by less than 3e-6 of one.
@@ -174,11 +174,10 @@ impl Structure for Grid {
     #[inline(always)]
     fn many<L: Wide, const ANY: bool>(
         &self,
-        geometry: &Geometry,
-        rays: &[Ray],
+        packet: Packet,
         groups: &mut [Group<L>; GROUPS],
         worker: &mut Worker,
     ) -> bool {
-        packet::descend::<L, ANY>(self, geometry, rays, groups, worker)
+        packet::descend::<L, ANY>(self, packet, groups, worker)
     }
 }

@@ -4,10 +4,8 @@
 use super::{Content, Grid, Level, Nest, walk};
 use crate::trace::accel::Worker;
 use crate::trace::accel::leaves::{Child, Held};
-use crate::trace::accel::packet::{GROUPS, Group, Sight};
-use crate::trace::shapes::Probe;
+use crate::trace::accel::packet::{GROUPS, Group, Packet, Sight};
 use crate::trace::simd::{LANES, Wide, lanes};
-use crate::trace::{Geometry, Ray};
 
 /// Cells that a packet may cover in a slice before it is given up.
 const WIDEST: u32 = 16;
@@ -16,23 +14,22 @@ const WIDEST: u32 = 16;
 #[inline(always)]
 pub fn descend<L: Wide, const ANY: bool>(
     grid: &Grid,
-    geometry: &Geometry,
-    rays: &[Ray],
+    packet: Packet,
     groups: &mut [Group<L>; GROUPS],
     worker: &mut Worker,
 ) -> bool {
     let nest = &grid.world;
     let Some(sight) = Sight::new(groups, nest.bounds, nest.extent) else { return true };
     worker.next_ray();
-    let mut packet = Packet::<L> { grid, geometry, rays, groups, worker, limit: 0.0, last: usize::MAX };
-    packet.limit = sight.limit(packet.groups);
+    let mut walk = Walk::<L> { grid, packet, groups, worker, limit: 0.0, last: usize::MAX };
+    walk.limit = sight.limit(walk.groups);
     let (mut outer, mut inner) = (Slices::new(&nest.levels[0], &sight), None::<Slices>);
     let mut start = nest.outside;
     loop {
-        packet.meet::<ANY>(&sight, start);
+        walk.meet::<ANY>(&sight, start);
         start = loop {
             let slices = inner.as_mut().unwrap_or(&mut outer);
-            let Some(content) = slices.seek(nest, &sight, packet.limit, &mut packet.worker.counters.steps) else {
+            let Some(content) = slices.seek(nest, &sight, walk.limit, &mut walk.worker.counters.steps) else {
                 return false;
             };
             match content {
@@ -45,10 +42,9 @@ pub fn descend<L: Wide, const ANY: bool>(
     }
 }
 
-struct Packet<'a, L: Wide> {
+struct Walk<'a, L: Wide> {
     grid: &'a Grid,
-    geometry: &'a Geometry,
-    rays: &'a [Ray],
+    packet: Packet<'a>,
     groups: &'a mut [Group<L>; GROUPS],
     worker: &'a mut Worker,
     /// The greatest depth that still matters to any ray.
@@ -57,7 +53,7 @@ struct Packet<'a, L: Wide> {
     last: usize,
 }
 
-impl<L: Wide> Packet<'_, L> {
+impl<L: Wide> Walk<'_, L> {
     /// Tests the blocks of a run.
     #[inline(always)]
     fn meet<const ANY: bool>(&mut self, sight: &Sight<L>, start: usize) {
@@ -80,7 +76,7 @@ impl<L: Wide> Packet<'_, L> {
                 which |= u32::from(self.worker.is_new(numbers[lane])) << lane;
             }
             if which != 0 {
-                self.worker.counters.intersection_tests += u64::from(which.count_ones()) * self.rays.len() as u64;
+                self.worker.counters.intersection_tests += u64::from(which.count_ones()) * self.packet.len() as u64;
                 for group in &mut *self.groups {
                     group.block::<ANY>(&nest.leaves, child, which);
                 }
@@ -98,8 +94,9 @@ impl<L: Wide> Packet<'_, L> {
             }
             for (g, group) in self.groups.iter_mut().enumerate() {
                 let mut bests = group.bests();
-                for (ray, best) in self.rays.iter().skip(g * LANES).zip(&mut bests) {
-                    let cost = walk::other::<L, ANY>(self.grid, self.geometry, n, &Probe::from(ray), best);
+                for (lane, best) in bests.iter_mut().enumerate() {
+                    let Some(probe) = self.packet.probe(g * LANES + lane) else { break };
+                    let cost = walk::other::<L, ANY>(self.grid, self.packet.geometry, n, &probe, best);
                     cost.count(&mut self.worker.counters);
                     if ANY && best.found {
                         best.t = f32::NEG_INFINITY;

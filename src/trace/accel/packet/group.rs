@@ -1,10 +1,11 @@
 //! Eight rays side by side against one primitive after the other.
 
-use crate::trace::Ray;
 use crate::trace::accel::leaves::{Child, Cones, Held, Leaves, NO_BACK, NO_FRONT};
+use crate::trace::columns::follow;
 use crate::trace::geometry::Best;
 use crate::trace::shapes::{self, Beam, Frusta, PARTS};
 use crate::trace::simd::{LANES, V3, Wide, lanes};
+use crate::trace::{Geometry, Rays};
 
 /// Eight rays, column by column, and their hits so far.
 pub struct Group<L: Wide> {
@@ -13,6 +14,8 @@ pub struct Group<L: Wide> {
     pub origin: [L; 3],
     pub direction: [L; 3],
     pub t: L,
+    /// How far each was moved up to the primitives.
+    skip: L,
     u: L,
     v: L,
     /// Bits of the numbers of primitives.
@@ -25,31 +28,46 @@ pub struct Group<L: Wide> {
 impl<L: Wide> Group<L> {
     /// The last ray fills the lanes that are left.
     #[inline(always)]
-    pub fn new(rays: &[Ray], axes: [usize; 3]) -> Self {
-        let mut columns = [[0.0; LANES]; 7];
-        for lane in 0..LANES {
-            let ray = &rays[lane.min(rays.len() - 1)];
-            let (o, d) = (ray.origin, ray.direction);
-            let [x, y, z] = axes;
-            for (column, x) in columns.iter_mut().zip([o[x], o[y], o[z], d[x], d[y], d[z], ray.t_max]) {
-                column[lane] = x;
+    pub fn new(geometry: &Geometry, rays: &Rays, numbers: &[u32], axes: [usize; 3]) -> Self {
+        let (mut origin, direction, end);
+        if numbers.len() >= LANES && follow(&numbers[..LANES]) {
+            let first = numbers[0] as usize;
+            (origin, direction, end) = (rays.origins(first), rays.directions(first), rays.ends(first));
+        } else {
+            let mut which = [0; LANES];
+            for (lane, which) in which.iter_mut().enumerate() {
+                *which = numbers[lane.min(numbers.len() - 1)] as usize;
             }
+            (origin, direction, end) = rays.gathered(&which);
         }
-        let [ox, oy, oz, dx, dy, dz, t] = &columns;
-        let origin = [L::load(ox), L::load(oy), L::load(oz)];
-        let direction = [L::load(dx), L::load(dy), L::load(dz)];
+        let skip;
+        (skip, origin) = geometry.approached::<L>(origin, direction);
+        let (origin, direction) = (turned(origin, axes), turned(direction, axes));
         let zero = L::splat(0.0);
         Group {
             beam: Beam::of_rays(axes, origin, direction),
             origin,
             direction,
-            t: L::load(t),
+            t: end - skip,
+            skip,
             u: zero,
             v: zero,
             primitive: zero,
             element: zero,
             found: 0,
         }
+    }
+
+    /// A bit for each ray that has a hit.
+    #[inline(always)]
+    pub fn found(&self) -> u32 {
+        self.found
+    }
+
+    /// Distances from where the rays started, parameters, and the bits of primitives and elements.
+    #[inline(always)]
+    pub fn hits(&self) -> [L; 5] {
+        [self.skip + self.t, self.u, self.v, self.primitive, self.element]
     }
 
     /// Hits so far, ray by ray.
@@ -207,6 +225,13 @@ impl<L: Wide> Group<L> {
             self.offer::<ANY>(hit, t, t, zero, number & !(NO_FRONT | NO_BACK), 0);
         }
     }
+}
+
+/// Coordinates in the order of the axes.
+#[inline(always)]
+fn turned<L: Wide>(v: V3<L>, [x, y, z]: [usize; 3]) -> [L; 3] {
+    let v = [v.x, v.y, v.z];
+    [v[x % 3], v[y % 3], v[z % 3]]
 }
 
 /// One vector of three columns, in every lane.

@@ -20,8 +20,9 @@ use std::sync::atomic::AtomicBool;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::errand::{Errand, Seeks, Shadows, Wave};
 use super::path::{self, Seen};
-use super::wave::{Encounter, Errand, Seeks, Shadows, Wave};
+use super::wave::Encounter;
 use super::{Settings, View};
 use crate::base::limits;
 use crate::base::random::combine;

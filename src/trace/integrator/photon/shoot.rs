@@ -5,15 +5,16 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::super::View;
+use super::super::errand::{CLEAR, Errand, Wave};
 use super::super::path;
-use super::super::wave::{CLEAR, Encounter, Errand, Seeks, Wave};
+use super::super::wave::Encounter;
 use super::map::Photon;
 use crate::base::limits;
 use crate::base::random::combine;
 use crate::trace::bsdf::{Bsdf, Transport};
-use crate::trace::sampler::{Node, Sampler, sobol};
+use crate::trace::sampler::{Sampler, sobol};
 use crate::trace::texture::Cone;
-use crate::trace::{Counters, Hit, Ray, Worker};
+use crate::trace::{Counters, Hit, Hits, Ray, Worker};
 
 /// Photons that are on their way together.
 const CHUNK: u32 = 4096;
@@ -55,7 +56,7 @@ struct Flight<'a> {
     count: u32,
     wave: Wave,
     next: Wave,
-    hits: Vec<Option<Hit>>,
+    hits: Hits,
     /// Of each photon of the chunk: what it left the lights with, and whether a matt surface has scattered it since.
     powers: Vec<Vec3>,
     scattered: Vec<bool>,
@@ -70,7 +71,7 @@ impl<'a> Flight<'a> {
             count,
             wave: Wave::default(),
             next: Wave::default(),
-            hits: Vec::new(),
+            hits: Hits::default(),
             powers: Vec::new(),
             scattered: Vec::new(),
             landed: Landed::default(),
@@ -85,12 +86,9 @@ impl<'a> Flight<'a> {
         for rays in 1..=most {
             let under_way = self.wave.rays().len();
             worker.counters.photon_rays += under_way as u64;
-            self.hits.clear();
-            self.hits.resize(under_way, None);
-            let hits = &mut self.hits;
-            view.accelerator.closest_all(view.geometry, self.wave.rays(), worker, |i, hit| hits[i] = hit);
+            view.accelerator.closest_all(view.geometry, self.wave.rays(), worker, &mut self.hits);
             for i in 0..under_way {
-                if let Some(hit) = self.hits[i] {
+                if let Some(hit) = self.hits.get(i) {
                     let (ray, errand) = self.wave.get(i);
                     if let Some((ray, errand)) = self.meet(photons.start, (ray, &hit), errand, rays, rays == most) {
                         self.next.push(ray, errand);
@@ -113,16 +111,7 @@ impl<'a> Flight<'a> {
             self.powers.push(power);
             self.scattered.push(false);
             if let Some(sent) = sent {
-                let errand = Errand {
-                    node: Node::CAMERA,
-                    sample: photon - photons.start,
-                    weight: Vec3::ONE,
-                    cone: Cone { width: 0.0, spread: 0.0 },
-                    pdf: 0.0,
-                    medium: CLEAR,
-                    seeks: Seeks::All,
-                };
-                self.wave.push(sent.ray, errand);
+                self.wave.push(sent.ray, Errand::first(photon - photons.start, Cone::default()));
             }
         }
     }
