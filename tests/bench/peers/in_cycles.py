@@ -23,7 +23,8 @@ def settings(bpy, size, samples, threads, bounces, diffuse):
     wanted = {
         scene.render: dict(
             threads_mode="FIXED", threads=threads, resolution_x=size[0], resolution_y=size[1],
-            resolution_percentage=100, use_persistent_data=True, use_compositing=False, use_sequencer=False, dither_intensity=0),
+            resolution_percentage=100, use_persistent_data=True, use_compositing=False, use_sequencer=False,
+            dither_intensity=0),
         scene.render.image_settings: dict(file_format="PNG", color_mode="RGB", color_depth="8"),
         scene.view_settings: dict(view_transform="Standard"),
         # Neither clamped nor blurred nor cut short by chance, as the others.
