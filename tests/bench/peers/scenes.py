@@ -5,6 +5,8 @@ point's intensity, an area's radiance.
 """
 import math
 
+WIDTH, HEIGHT = 640, 480
+
 
 def sub(a, b):
     return tuple(x - y for x, y in zip(a, b))
@@ -28,6 +30,21 @@ def cross(a, b):
 
 def unit(a):
     return scaled(a, 1 / math.sqrt(dot(a, a)))
+
+
+def center(corner, u, v):
+    return tuple(c + (a + b) / 2 for c, a, b in zip(corner, u, v))
+
+
+def area(u, v):
+    n = cross(u, v)
+    return math.sqrt(dot(n, n))
+
+
+def half_angle(scene):
+    """Tangents of half the field of view, across and up."""
+    across = math.tan(math.radians(scene["camera"][2]) / 2)
+    return across, across * HEIGHT / WIDTH
 
 
 def quad(a, b, c, d):
@@ -93,7 +110,7 @@ def scenes():
     lamp = ("area", (1.0, -3.0, 5.0), (1.5, 0.0, 0.0), (0.0, 1.5, 0.0), (25.0, 25.0, 25.0))
     portrait = ((1.6, -4.2, 2.4), (0.0, 0.0, 0.9), 45.0)
     floor = lambda s, z: quad((-s, -s, z), (s, -s, z), (s, s, z), (-s, s, z))
-    white, red, green = ("matt", (0.73,) * 3), ("matt", (0.63, 0.06, 0.05)), ("matt", (0.14, 0.45, 0.09))
+    white, black, red, green = (("matt", c) for c in ((0.73,) * 3, (0.0,) * 3, (0.63, 0.06, 0.05), (0.14, 0.45, 0.09)))
     rows = [((1.1 * i, 1.1 * j, 0.5), 0.5) for j in range(20) for i in range(-4, 5)]
     return {
         "flake": dict(
@@ -114,6 +131,8 @@ def scenes():
             spheres=[([((0.42, -0.32, 0.38), 0.38)], ("glass", (1.0,) * 3)),
                      ([((-0.42, 0.32, 0.42), 0.42)], ("mirror", (0.95,) * 3))],
             meshes=[(quad((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)), white),
+                    # A lid on the lamp, which shines to both sides here.
+                    (floor(0.31, 1.981), black),
                     (quad((-1, -1, 2), (-1, 1, 2), (1, 1, 2), (1, -1, 2)), white),
                     (quad((-1, 1, 0), (1, 1, 0), (1, 1, 2), (-1, 1, 2)), white),
                     (quad((-1, -1, 0), (-1, 1, 0), (-1, 1, 2), (-1, -1, 2)), red),
