@@ -117,7 +117,7 @@ impl<const N: usize> Columns<N> {
     #[inline(always)]
     pub fn store<L: Wide>(&mut self, i: usize, rows: &[L; N]) {
         for c in 0..N {
-            self.columns[c][i..i + LANES].copy_from_slice(&rows[c].store());
+            *eight_mut(&mut self.columns[c][i..]) = rows[c].store();
         }
     }
 
@@ -125,7 +125,7 @@ impl<const N: usize> Columns<N> {
     #[inline(always)]
     pub fn put<L: Wide>(&mut self, which: u32, rows: &[L; N]) {
         for c in 0..N {
-            self.columns[c][self.len..self.len + LANES].copy_from_slice(&rows[c].packed(which).store());
+            *eight_mut(&mut self.columns[c][self.len..]) = rows[c].packed(which).store();
         }
         self.len += which.count_ones() as usize;
         self.grow();
@@ -136,6 +136,12 @@ impl<const N: usize> Columns<N> {
 #[inline(always)]
 fn eight(of: &[f32]) -> &[f32; LANES] {
     of.first_chunk().expect("columns are longer than their rows by eight")
+}
+
+/// The same, to be overwritten: `copy_from_slice` would be a call.
+#[inline(always)]
+fn eight_mut(of: &mut [f32]) -> &mut [f32; LANES] {
+    of.first_chunk_mut().expect("columns are longer than their rows by eight")
 }
 
 /// Many rays.

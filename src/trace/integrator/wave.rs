@@ -15,7 +15,7 @@ use crate::trace::sampler::{Sampler, Set};
 use crate::trace::simd::{LANES, Lanes, V3, Wide};
 use crate::trace::surfacing::Surfacing;
 use crate::trace::texture::Cone;
-use crate::trace::{Counters, Hit, Hits, Ray, Surface, Worker};
+use crate::trace::{Counters, Hit, Hits, Ray, Surface, Tag, Worker};
 
 /// Cosine below which a smooth normal is not trusted.
 pub const LEAST_FACING: f32 = 1e-3;
@@ -73,7 +73,9 @@ impl Buffers {
             *sample = first + i as u32;
         }
         self.wave.put((1 << lots.len()) - 1, origin, direction, &Errands::first(&samples, cone));
-        self.lots.extend_from_slice(lots);
+        for lot in lots {
+            self.lots.push(*lot);
+        }
     }
 }
 
@@ -156,19 +158,23 @@ fn shade(view: View, samples: Set, buffers: &mut Buffers, depth: u32, worker: &m
     view.lanes.run(Sift { view, wave, hits, lamps, camera: depth == 1, special });
     let mut places = std::mem::take(&mut buffers.places);
     places.clear();
-    // Neighbours are mostly of one material.
-    let mut last = (u32::MAX, false);
+    // Neighbours are mostly on one primitive, or at least of one material.
+    let (mut primitive, mut tag, mut usual) = (u32::MAX, Tag::default(), false);
+    let mut known = u32::MAX;
     for i in 0..buffers.wave.rays().len() {
         if buffers.special[i / LANES] >> (i % LANES) & 1 == 1 && !arrive(view, i, buffers, depth, lamps) {
             continue;
         }
-        let tag = view.geometry.tag(buffers.hits.primitive(i));
-        if tag.material != last.0 {
-            let material = &view.materials[tag.material as usize];
-            let usual = side_by_side && if path { material.is_plain() } else { is_classic(view, material) };
-            last = (tag.material, usual);
+        let met = buffers.hits.primitive(i);
+        if met != primitive {
+            (primitive, tag) = (met, view.geometry.tag(met));
+            if tag.material != known {
+                known = tag.material;
+                let material = &view.materials[known as usize];
+                usual = side_by_side && if path { material.is_plain() } else { is_classic(view, material) };
+            }
         }
-        if last.1 && !view.skins.covers(tag.entity) {
+        if usual && !view.skins.covers(tag.entity) {
             places.push([i as u32, tag.material]);
         } else {
             shade_alone(view, samples, i, buffers, depth, &mut worker.counters);
