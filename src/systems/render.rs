@@ -287,7 +287,7 @@ fn accelerate(stage: &mut Stage, rebuilt: bool) -> bool {
     let fits = stage.kept.accelerator.as_ref().is_some_and(|(known, _)| *known == key);
     if rebuilt || !fits {
         let before = stage.kept.accelerator.as_ref().map(|(_, accelerator)| accelerator);
-        let built = Accelerator::rebuild(&stage.kept.geometry, key.choice, key.density, before);
+        let built = Accelerator::rebuild(&stage.kept.geometry, key.choice, key.density, f64::INFINITY, before);
         stage.kept.accelerator = Some((key, built));
     }
     rebuilt || !fits

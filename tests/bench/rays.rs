@@ -2,7 +2,7 @@
 //!
 //! `cargo bench --bench rays -- --triangles F --spheres F --rays F --query closest|any --accel grid|bvh|auto --threads N`
 //!
-//! All files are little-endian: triangles `u32 n, n x 9 f32`; spheres `u32 n, n x (x y z r) f32`; rays `u32 n,
+//! `--build fast` builds trees as they are built for few rays. All files are little-endian: triangles `u32 n, n x 9 f32`; spheres `u32 n, n x (x y z r) f32`; rays `u32 n,
 //! n x (ox oy oz tmin dx dy dz tmax) f32`. What follows is ignored.
 
 use std::path::{Path, PathBuf};
@@ -23,6 +23,14 @@ enum Query {
     Any,
 }
 
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Build {
+    /// As for endless rays.
+    Full,
+    /// As for no rays.
+    Fast,
+}
+
 /// Traces rays from a file against primitives from files.
 #[derive(Parser)]
 struct Args {
@@ -39,6 +47,9 @@ struct Args {
     query: Query,
     #[arg(long, default_value = "auto", value_parser = |s: &str| Accel::parse(s).ok_or("grid, bvh, brute or auto"))]
     accel: Accel,
+    /// How a tree is built.
+    #[arg(long, value_enum, default_value = "full")]
+    build: Build,
     #[arg(long, default_value_t = 1)]
     threads: usize,
     /// Timed runs; the median counts.
@@ -114,7 +125,8 @@ fn main() {
     let args = Args::parse();
     rayon::ThreadPoolBuilder::new().num_threads(args.threads).build_global().expect("one thread pool");
     let (geometry, scene_bytes) = scene(&args);
-    let build = || Accelerator::build(&geometry, args.accel, args.density);
+    let expected = if args.build == Build::Full { f64::INFINITY } else { 0.0 };
+    let build = || Accelerator::rebuild(&geometry, args.accel, args.density, expected, None);
     let builds = (0..args.runs.min(3)).map(|_| {
         let start = Instant::now();
         std::hint::black_box(build());

@@ -119,12 +119,19 @@ impl Worker {
 impl Accelerator {
     /// `density` is in cells per primitive.
     pub fn build(geometry: &Geometry, choice: Accel, density: f64) -> Self {
-        Self::rebuild(geometry, choice, density, None)
+        Self::rebuild(geometry, choice, density, f64::INFINITY, None)
     }
 
-    /// As [`Self::build`]; what `before` holds of meshes that are still there is kept, and a tree whose primitives only
+    /// As [`Self::build`], for as many rays as are expected to go through it: for few, a tree is built fast instead of
+    /// well ([`bvh::is_worth_a_full_build`]). What `before` holds of meshes that are still there is kept, and a tree whose primitives only
     /// moved is fitted to them while that is good enough. Costs of rays may depend on `before`, hits do not.
-    pub fn rebuild(geometry: &Geometry, choice: Accel, density: f64, before: Option<&Accelerator>) -> Self {
+    pub fn rebuild(
+        geometry: &Geometry,
+        choice: Accel,
+        density: f64,
+        rays: f64,
+        before: Option<&Accelerator>,
+    ) -> Self {
         let width = Width::detect();
         match choice {
             Accel::Brute => Accelerator::Brute,
@@ -136,7 +143,7 @@ impl Accelerator {
             // instances whose boxes overlap: there the grid leads on camera and shadow rays, and trails on others.
             Accel::Auto | Accel::Bvh => {
                 let before = if let Some(Accelerator::Bvh(bvh)) = before { Some(&**bvh) } else { None };
-                Accelerator::Bvh(Box::new(Bvh::build(geometry, width, before)))
+                Accelerator::Bvh(Box::new(Bvh::build(geometry, width, rays, before)))
             }
         }
     }

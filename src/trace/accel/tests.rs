@@ -71,7 +71,7 @@ fn build(pieces: &[Piece]) -> Geometry {
 
 /// What is held to brute force.
 fn both(geometry: &Geometry, width: Width, density: f64) -> [Accelerator; 2] {
-    let tree = Bvh::build(geometry, width, None);
+    let tree = Bvh::build(geometry, width, f64::INFINITY, None);
     [Accelerator::Bvh(Box::new(tree)), Accelerator::Grid(Box::new(Grid::build(geometry, density, width, None)))]
 }
 
@@ -155,7 +155,7 @@ proptest! {
                 *c += if *kind == 2 { way } else { turn * size };
             }
             let geometry = build(&pieces);
-            tree = Accelerator::rebuild(&geometry, Accel::Bvh, 2.0, Some(&tree));
+            tree = Accelerator::rebuild(&geometry, Accel::Bvh, 2.0, f64::INFINITY, Some(&tree));
             let mut worker = Worker::default();
             for (from, to) in &rays {
                 let ray = Ray::new(*from, (*to - *from).normalize_or(Vec3::X));

@@ -9,6 +9,8 @@
 //! answers as brute force does; that alone lets their arithmetic differ from one processor to the next.
 
 mod build;
+mod curve;
+mod fast;
 mod packet;
 mod refit;
 mod walk;
@@ -70,16 +72,23 @@ impl Bvh {
     /// `before` may be any tree: what it holds of the same meshes is not built again, and where the world has as many
     /// primitives of each kind its boxes are fitted to them while that is good enough. What rays cost then depends on
     /// the trees before, what they find does not.
-    pub fn build(geometry: &Geometry, width: Width, before: Option<&Bvh>) -> Self {
+    pub fn build(geometry: &Geometry, width: Width, rays: f64, before: Option<&Bvh>) -> Self {
+        let fast = rays == 0.0;
         let known = before.map_or(&[][..], |bvh| &bvh.models);
         let tree = |model: &Model| {
             let same = known.iter().find(|(mesh, _)| Arc::ptr_eq(mesh, &model.mesh));
-            same.map_or_else(|| Arc::new(build::model(model)), |(_, tree)| tree.clone())
+            same.map_or_else(|| Arc::new({
+                let count = model.mesh.triangles.len() as u32;
+                if fast { fast::fast(model, count) } else { build::full(model, count) }
+            }), |(_, tree)| tree.clone())
         };
         let models: Vec<_> = geometry.models().iter().map(|model| (model.mesh.clone(), tree(model))).collect();
         let layout = geometry.layout();
         let fitted = before.filter(|bvh| bvh.layout == layout).and_then(|bvh| bvh.world.refit(geometry));
-        let world = fitted.unwrap_or_else(|| build::world(geometry));
+        let world = fitted.unwrap_or_else(|| {
+            let count = geometry.finite();
+            if fast { fast::fast(geometry, count) } else { build::full(geometry, count) }
+        });
         let stack = world.stack + models.iter().map(|(_, tree)| tree.stack).max().unwrap_or(0);
         Bvh { world, layout, models, width, stack }
     }
@@ -133,7 +142,7 @@ mod tests {
             let mut geometry = Geometry::default();
             geometry.push_instance(Tag::default(), mesh, false, &DAffine3::from_translation(DVec3::X * x));
             geometry.finish();
-            Bvh::build(&geometry, Width::detect(), before)
+            Bvh::build(&geometry, Width::detect(), f64::INFINITY, before)
         };
         let first = build(&mesh, 0.0, None);
         assert!(Arc::ptr_eq(&build(&mesh, 5.0, Some(&first)).models[0].1, &first.models[0].1));
@@ -150,7 +159,7 @@ mod tests {
             geometry.push_instance(Tag::default(), &mesh, false, &map);
         }
         geometry.finish();
-        let tree = Bvh::build(&geometry, Width::detect(), None);
+        let tree = Bvh::build(&geometry, Width::detect(), f64::INFINITY, None);
         let mut worker = Worker::default();
         let ray = Ray::new(Vec3::new(6.3, 0.3, 5.0), Vec3::NEG_Z);
         let mut best = Best::within(f32::INFINITY);
@@ -172,11 +181,11 @@ mod tests {
             geometry.finish();
             geometry
         };
-        let first = Bvh::build(&balls(|i| i, 0.0), Width::detect(), None);
+        let first = Bvh::build(&balls(|i| i, 0.0), Width::detect(), f64::INFINITY, None);
         let moved = balls(|i| i, 1.0);
         let fitted = first.world.refit(&moved).expect("nearly the same");
         assert_eq!(fitted.nodes.len(), first.world.nodes.len());
-        assert!(fitted.estimate() < 1.1 * build::world(&moved).estimate());
+        assert!(fitted.estimate() < 1.1 * build::full(&moved, moved.finite()).estimate());
         // Every ball far from those that were its neighbours.
         assert!(first.world.refit(&balls(|i| i * 301 % 512, 0.0)).is_none());
     }

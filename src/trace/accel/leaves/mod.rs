@@ -2,6 +2,8 @@
 
 mod meet;
 
+use std::ops::Range;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -40,6 +42,18 @@ impl Held {
             _ => Held::List,
         }
     }
+
+    #[inline(always)]
+    pub fn of_bits(bits: u32) -> Self {
+        match bits {
+            0 => Held::Node,
+            1 => Held::Triangles,
+            2 => Held::Spheres,
+            3 => Held::Boxes,
+            4 => Held::Cones,
+            _ => Held::List,
+        }
+    }
 }
 
 impl Child {
@@ -52,14 +66,7 @@ impl Child {
 
     #[inline(always)]
     pub fn held(self) -> Held {
-        match self.0 >> (INDEX_BITS + 3) {
-            0 => Held::Node,
-            1 => Held::Triangles,
-            2 => Held::Spheres,
-            3 => Held::Boxes,
-            4 => Held::Cones,
-            _ => Held::List,
-        }
+        Held::of_bits(self.0 >> (INDEX_BITS + 3))
     }
 
     #[inline(always)]
@@ -150,6 +157,28 @@ pub struct Leaves {
 }
 
 impl Leaves {
+    /// Many blocks at once: runs of `numbers` of one kind each, the kinds in their order. An index counts the runs of
+    /// its kind.
+    pub fn of<S: Source>(source: &S, numbers: &[u32], runs: &[Range<usize>]) -> Leaves {
+        let mut rest = runs;
+        let mut next = |held: Held| {
+            let (of_kind, others) = rest.split_at(rest.partition_point(|run| source.held(numbers[run.start]) <= held));
+            rest = others;
+            of_kind.par_iter().with_min_len(256).map(|run| {
+                let mut block = [u32::MAX; LANES];
+                block[..run.len()].copy_from_slice(&numbers[run.clone()]);
+                (block, run.len())
+            })
+        };
+        Leaves {
+            triangles: next(Held::Triangles).map(|(block, count)| Triangles::new(source, block, count)).collect(),
+            spheres: next(Held::Spheres).map(|(block, count)| Spheres::new(source, block, count)).collect(),
+            boxes: next(Held::Boxes).map(|(block, count)| Boxes::new(source, block, count)).collect(),
+            cones: next(Held::Cones).map(|(block, count)| Cones::new(source, block, count)).collect(),
+            lists: next(Held::List).map(|(block, _)| block).collect(),
+        }
+    }
+
     pub fn bytes(&self) -> usize {
         size_of_val(&self.triangles[..])
             + size_of_val(&self.spheres[..])
