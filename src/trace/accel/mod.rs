@@ -123,15 +123,9 @@ impl Accelerator {
     }
 
     /// As [`Self::build`], for as many rays as are expected to go through it: for few, a tree is built fast instead of
-    /// well ([`bvh::is_worth_a_full_build`]). What `before` holds of meshes that are still there is kept, and a tree whose primitives only
+    /// well. What `before` holds of meshes that are still there is kept, and a tree whose primitives only
     /// moved is fitted to them while that is good enough. Costs of rays may depend on `before`, hits do not.
-    pub fn rebuild(
-        geometry: &Geometry,
-        choice: Accel,
-        density: f64,
-        rays: f64,
-        before: Option<&Accelerator>,
-    ) -> Self {
+    pub fn rebuild(geometry: &Geometry, choice: Accel, density: f64, rays: f64, before: Option<&Accelerator>) -> Self {
         let width = Width::detect();
         match choice {
             Accel::Brute => Accelerator::Brute,
@@ -146,6 +140,16 @@ impl Accelerator {
                 Accelerator::Bvh(Box::new(Bvh::build(geometry, width, rays, before)))
             }
         }
+    }
+
+    /// Whether it is an older one that was fitted to primitives that moved.
+    pub fn is_fitted(&self) -> bool {
+        matches!(self, Accelerator::Bvh(bvh) if bvh.is_fitted)
+    }
+
+    /// Whether it was built for few rays, and would be built better for so many.
+    pub fn is_outgrown(&self, rays: f64) -> bool {
+        matches!(self, Accelerator::Bvh(bvh) if bvh.is_outgrown(rays))
     }
 
     /// Memory of the structure, without the primitives it is built over.

@@ -69,10 +69,11 @@ fn build(pieces: &[Piece]) -> Geometry {
     geometry
 }
 
-/// What is held to brute force.
-fn both(geometry: &Geometry, width: Width, density: f64) -> [Accelerator; 2] {
-    let tree = Bvh::build(geometry, width, f64::INFINITY, None);
-    [Accelerator::Bvh(Box::new(tree)), Accelerator::Grid(Box::new(Grid::build(geometry, density, width, None)))]
+/// What is held to brute force: the tree at full quality, the one for few rays, and the grid.
+fn all(geometry: &Geometry, width: Width, density: f64) -> [Accelerator; 3] {
+    let [full, fast] =
+        [f64::INFINITY, 0.0].map(|rays| Accelerator::Bvh(Box::new(Bvh::build(geometry, width, rays, None))));
+    [full, fast, Accelerator::Grid(Box::new(Grid::build(geometry, density, width, None)))]
 }
 
 proptest! {
@@ -84,7 +85,7 @@ proptest! {
         density in 0.2f64..20.0,
     ) {
         let geometry = build(&pieces);
-        let others: Vec<_> = Width::all().into_iter().flat_map(|w| both(&geometry, w, density)).collect();
+        let others: Vec<_> = Width::all().into_iter().flat_map(|w| all(&geometry, w, density)).collect();
         let mut worker = Worker::default();
         for (from, to, kind) in rays {
             let from = if kind == 3 { from * 1e4 } else { from };
@@ -124,7 +125,7 @@ proptest! {
         let mut worker = Worker::default();
         let expected: Vec<_> =
             rays.iter().map(|ray| Accelerator::Brute.closest(&geometry, ray, &mut worker)).collect();
-        for accelerator in Width::all().into_iter().flat_map(|w| both(&geometry, w, density)) {
+        for accelerator in Width::all().into_iter().flat_map(|w| all(&geometry, w, density)) {
             let mut found = vec![None; rays.len()];
             accelerator.closest_all(&geometry, &rays, &mut worker, |i, hit| found[i] = hit);
             prop_assert_eq!(&found, &expected, "{}", accelerator.name());
@@ -144,9 +145,10 @@ proptest! {
         pieces in prop::collection::vec(piece(), 1..60),
         motions in prop::collection::vec((prop_oneof![Just(0.02f32), Just(0.3), Just(4.0)], point(), point()), 1..4),
         rays in prop::collection::vec((point(), point()), 1..20),
+        expected_rays in prop_oneof![Just(0.0), Just(f64::INFINITY)],
     ) {
         let mut pieces = pieces;
-        let mut tree = Accelerator::build(&build(&pieces), Accel::Bvh, 2.0);
+        let mut tree = Accelerator::rebuild(&build(&pieces), Accel::Bvh, 2.0, expected_rays, None);
         for (size, turn, shift) in motions {
             for (i, Piece(kind, a, b, c, _)) in pieces.iter_mut().enumerate() {
                 let way = if i % 3 == 0 { turn } else { shift } * size;
@@ -155,7 +157,7 @@ proptest! {
                 *c += if *kind == 2 { way } else { turn * size };
             }
             let geometry = build(&pieces);
-            tree = Accelerator::rebuild(&geometry, Accel::Bvh, 2.0, f64::INFINITY, Some(&tree));
+            tree = Accelerator::rebuild(&geometry, Accel::Bvh, 2.0, expected_rays, Some(&tree));
             let mut worker = Worker::default();
             for (from, to) in &rays {
                 let ray = Ray::new(*from, (*to - *from).normalize_or(Vec3::X));
@@ -245,7 +247,7 @@ fn a_dense_mesh_in_a_wide_scene_answers_like_the_tree_and_costs_little() {
     geometry.push_mesh(Tag::default(), &ball, false, &DAffine3::IDENTITY);
     geometry.push_mesh(Tag::default(), &bowl, false, &DAffine3::IDENTITY);
     geometry.finish();
-    let [tree, grid] = both(&geometry, Width::detect(), 2.0);
+    let [tree, fast, grid] = all(&geometry, Width::detect(), 2.0);
     let rays: Vec<Ray> = (0..1024)
         .map(|i| {
             let target = Vec3::new((i % 32) as f32 * 0.08 - 1.25, (i / 32) as f32 * 0.08, 0.0);
@@ -259,7 +261,13 @@ fn a_dense_mesh_in_a_wide_scene_answers_like_the_tree_and_costs_little() {
         found
     };
     let mut worker = Worker::default();
-    assert_eq!(find(&grid, &mut worker), find(&tree, &mut Worker::default()));
+    let (mut of_tree, mut of_fast) = (Worker::default(), Worker::default());
+    let expected = find(&tree, &mut of_tree);
+    assert_eq!(find(&grid, &mut worker), expected);
+    assert_eq!(find(&fast, &mut of_fast), expected);
+    // Nearly all of the ball has one place on the curve through the whole scene.
+    let (tree, fast) = (of_tree.counters.steps, of_fast.counters.steps);
+    assert!(2 * fast < 3 * tree, "{fast} nodes of the fast tree, {tree} of the full one");
     let per_ray = worker.counters.intersection_tests / 1024;
     // The cells of the wide scene around the ball hold most of its 7,200 triangles.
     assert!(per_ray < 200, "{per_ray} tests a ray");

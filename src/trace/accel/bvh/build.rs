@@ -30,6 +30,7 @@ pub struct Ref {
 }
 
 impl Ref {
+    #[inline]
     pub fn new(bounds: Extent, number: u32, held: Held) -> Self {
         let (mut low, mut high) = (bounds.low, bounds.high);
         low.w = f32::from_bits(number);
@@ -42,15 +43,23 @@ impl Ref {
         Ref::new(Extent { low: min.extend(0.0), high: max.extend(0.0) }, number, source.held(number))
     }
 
+    #[inline]
     pub fn number(&self) -> u32 {
         self.low.w.to_bits()
     }
 
+    #[inline]
     pub fn held(&self) -> u32 {
         self.high.w.to_bits()
     }
 
+    #[inline]
+    pub fn extent(&self) -> Extent {
+        Extent { low: self.low, high: self.high }
+    }
+
     /// Twice the middle of the box.
+    #[inline]
     pub fn middle(&self) -> Vec4 {
         self.low + self.high
     }
@@ -77,11 +86,13 @@ impl Extent {
         self.high = self.high.max(high);
     }
 
+    #[inline]
     pub fn union(mut self, other: Extent) -> Self {
         self.add(other.low, other.high);
         self
     }
 
+    #[inline]
     pub fn half_area(&self) -> f32 {
         let s = (self.high - self.low).max(Vec4::ZERO);
         s.x * s.y + s.y * s.z + s.z * s.x
@@ -134,6 +145,12 @@ pub struct Ground<F> {
     pub block: usize,
     /// Makes a leaf of them.
     pub leaf: F,
+}
+
+/// What so many in a box are expected to cost where leaves take `block` of them: half by number, half by leaf.
+#[inline]
+pub fn cost(around: &Extent, count: usize, block: usize) -> f32 {
+    around.half_area() * (count.div_ceil(block) * block + count) as f32
 }
 
 /// Where primitives fall along each axis.
@@ -197,8 +214,7 @@ impl Bins {
 
     /// The cheapest split where leaves take so many: axis, and the first bin on its far side.
     fn choose(&self, block: usize) -> Option<(usize, usize)> {
-        let block = block as u32;
-        let cost = |extent: &Extent, count: u32| extent.half_area() * (count.div_ceil(block) * block + count) as f32;
+        let cost = |extent: &Extent, count: u32| cost(extent, count as usize, block);
         let mut best = (f32::INFINITY, None);
         for axis in 0..3 {
             if self.scale[axis] == 0.0 {
@@ -288,7 +304,9 @@ pub fn full<S: Source>(source: &S, count: u32) -> Tree {
         refs.iter().zip(&mut numbers).for_each(|(r, n)| *n = r.number());
         leaves.put(source, &numbers[..refs.len()])
     };
-    plant(&mut refs, &Ground { block: LANES, leaf })
+    let mut tree = plant(&mut refs, &Ground { block: LANES, leaf });
+    tree.fresh = tree.estimate();
+    tree
 }
 
 /// The tree over references.
@@ -300,7 +318,6 @@ pub fn plant<F: Fn(&[Ref], &mut Leaves) -> Child + Sync>(refs: &mut [Ref], groun
         let depth;
         (tree.root, depth) = grow(ground, range, &mut tree, &mut Bins::new(), 0);
         tree.stack = (LANES - 1) * depth + 1;
-        tree.fresh = tree.estimate();
     }
     tree
 }
@@ -326,14 +343,8 @@ where
         ranges.extend([a, b]);
     }
     let at = tree.nodes.len();
-    let mut node = Node { bounds: [[[0.0; LANES]; 2]; 3], children: [Child::NONE; LANES] };
-    for axis in 0..3 {
-        for child in 0..LANES {
-            let range = ranges.get(child);
-            node.bounds[axis][0][child] = range.map_or(f32::INFINITY, |r| r.bounds.low[axis]);
-            node.bounds[axis][1][child] = range.map_or(f32::NEG_INFINITY, |r| r.bounds.high[axis]);
-        }
-    }
+    let mut node = Node::EMPTY;
+    ranges.iter().enumerate().for_each(|(i, range)| node.put(i, range.bounds, Child::NONE));
     tree.nodes.push(node);
     let mut deepest = 0;
     let mut set = |tree: &mut Tree, i: usize, (child, depth): (Child, usize)| {
@@ -363,6 +374,25 @@ where
     (Child::new(Held::Node, 1, at), deepest + 1)
 }
 
+/// A child whose index counted from what is behind so many nodes and blocks of each kind.
+pub fn regrafted(child: Child, before: &[usize; 6]) -> Child {
+    if child == Child::NONE { child } else { child.moved(before[child.held() as usize]) }
+}
+
+impl Node {
+    pub const EMPTY: Node =
+        Node { bounds: [[[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]]; 3], children: [Child::NONE; LANES] };
+
+    #[inline]
+    pub fn put(&mut self, slot: usize, around: Extent, child: Child) {
+        for axis in 0..3 {
+            self.bounds[axis][0][slot] = around.low[axis];
+            self.bounds[axis][1][slot] = around.high[axis];
+        }
+        self.children[slot] = child;
+    }
+}
+
 impl Tree {
     fn empty(bounds: Bounds) -> Tree {
         let mut tree = Tree {
@@ -373,6 +403,7 @@ impl Tree {
             extent: 0.0,
             stack: 0,
             fresh: 0.0,
+            is_fast: false,
         };
         tree.set_bounds(bounds);
         tree
@@ -394,10 +425,7 @@ impl Tree {
     fn graft(&mut self, mut branch: Tree, child: Child) -> Child {
         let [triangles, spheres, boxes, cones, lists] = self.leaves.lens();
         let before = [self.nodes.len(), triangles, spheres, boxes, cones, lists];
-        let moved = |child: Child| match child {
-            Child::NONE => child,
-            _ => child.moved(before[child.held() as usize]),
-        };
+        let moved = |child| regrafted(child, &before);
         for node in &mut branch.nodes {
             node.children = node.children.map(moved);
         }

@@ -7,10 +7,10 @@ use std::ops::Range;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::trace::Geometry;
 use crate::trace::geometry::{Bounds, Kind, Model};
 use crate::trace::shapes::Frustum;
 use crate::trace::simd::{LANES, Wide};
+use crate::trace::{Geometry, Tag};
 pub use meet::{Cost, Scope, block};
 
 /// What a child of a node is, and where.
@@ -310,6 +310,7 @@ impl Leaves {
 }
 
 /// Puts a vector into one lane of three columns.
+#[inline]
 fn put(to: &mut [[f32; LANES]; 3], lane: usize, v: Vec3) {
     (0..3).for_each(|axis| to[axis][lane] = v[axis]);
 }
@@ -318,9 +319,9 @@ impl Triangles {
     fn new<S: Source>(source: &S, numbers: [u32; LANES], count: usize) -> Self {
         let mut block = Triangles { corners: [[[f32::NAN; LANES]; 3]; 3], numbers };
         for (lane, n) in numbers.iter().enumerate().take(count) {
-            let corners = source.corners(*n);
+            let (corners, marked) = source.triangle(*n);
             (0..3).for_each(|corner| put(&mut block.corners[corner], lane, corners[corner]));
-            block.numbers[lane] = source.marked(*n);
+            block.numbers[lane] = marked;
         }
         block
     }
@@ -387,11 +388,20 @@ pub trait Source: Sync {
     fn bounds(&self, number: u32) -> Bounds;
     fn held(&self, number: u32) -> Held;
     fn corners(&self, number: u32) -> [Vec3; 3];
+    /// Corners of a triangle, and its number as a leaf keeps it.
+    fn triangle(&self, number: u32) -> ([Vec3; 3], u32);
     /// The number as a leaf keeps it.
     fn marked(&self, number: u32) -> u32;
     fn sphere(&self, number: u32) -> [f32; 4];
     fn aabox(&self, number: u32) -> [Vec3; 2];
     fn cone(&self, number: u32) -> Frustum;
+}
+
+/// A number with what its sides are marked by.
+fn mark(number: u32, tag: Tag) -> u32 {
+    let front = if tag.sides.shows(true) { 0 } else { NO_FRONT };
+    let back = if tag.sides.shows(false) { 0 } else { NO_BACK };
+    number | front | back
 }
 
 impl Source for Geometry {
@@ -404,11 +414,12 @@ impl Source for Geometry {
     fn corners(&self, number: u32) -> [Vec3; 3] {
         self.corners(number)
     }
+    fn triangle(&self, number: u32) -> ([Vec3; 3], u32) {
+        let (corners, tag) = self.tagged_triangle(number);
+        (corners, mark(number, tag))
+    }
     fn marked(&self, number: u32) -> u32 {
-        let sides = self.tag(number).sides;
-        let front = if sides.shows(true) { 0 } else { NO_FRONT };
-        let back = if sides.shows(false) { 0 } else { NO_BACK };
-        number | front | back
+        mark(number, self.tag(number))
     }
     fn sphere(&self, number: u32) -> [f32; 4] {
         self.sphere(number)
@@ -430,6 +441,9 @@ impl Source for Model {
     }
     fn corners(&self, number: u32) -> [Vec3; 3] {
         self.corners(number)
+    }
+    fn triangle(&self, number: u32) -> ([Vec3; 3], u32) {
+        (self.corners(number), number)
     }
     fn marked(&self, number: u32) -> u32 {
         number
