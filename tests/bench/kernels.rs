@@ -92,6 +92,9 @@ fn builds(c: &mut Criterion) {
     for choice in [Accel::Grid, Accel::Bvh] {
         group.bench_function(choice.name(), |b| b.iter(|| Accelerator::build(&geometry, choice, 1.0)));
     }
+    group.bench_function("bvh for few rays", |b| {
+        b.iter(|| Accelerator::rebuild(&geometry, Accel::Bvh, 1.0, 0.0, None));
+    });
 }
 
 criterion_group!(kernels, single_tests, walks, builds);

@@ -37,13 +37,14 @@ pub fn fast<S: Source>(source: &S, count: u32) -> Tree {
     let leaf = |refs: &[Ref], _: &mut Leaves| Child::new(Held::List, 1, refs[0].number() as usize);
     let mut tree = plant(&mut boxes, &Ground { block: 1, leaf });
     // Of each kind, how many there are before those of a stretch.
+    let above = tree.nodes.len();
     let mut before = [0; 6];
-    before[Held::Node as usize] = tree.nodes.len();
+    before[Held::Node as usize] = above;
     let mut children = Vec::with_capacity(boxes.len());
-    let mut below = Vec::new();
+    tree.nodes.reserve_exact(cuts.iter().map(|cuts| cuts.nodes.len()).sum());
     for Cuts { tops, nodes, blocks, .. } in cuts {
         children.extend(tops.into_iter().map(|(_, child)| regrafted(child, &before)));
-        below.extend(nodes.into_iter().map(|mut node| {
+        tree.nodes.extend(nodes.into_iter().map(|mut node| {
             node.children = node.children.map(|child| regrafted(child, &before));
             node
         }));
@@ -52,8 +53,7 @@ pub fn fast<S: Source>(source: &S, count: u32) -> Tree {
     let real =
         |child: Child| if child == Child::NONE || child.held() == Held::Node { child } else { children[child.index()] };
     tree.root = real(tree.root);
-    tree.nodes.iter_mut().for_each(|node| node.children = node.children.map(real));
-    tree.nodes.append(&mut below);
+    tree.nodes[..above].iter_mut().for_each(|node| node.children = node.children.map(real));
     tree.leaves = Leaves::of(source, &order, &runs);
     tree.stack += LANES - 1;
     tree.fresh = tree.estimate();
