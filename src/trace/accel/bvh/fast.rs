@@ -50,15 +50,18 @@ pub fn fast<S: Source>(source: &S, count: u32) -> Tree {
         }));
         before.iter_mut().zip(blocks).for_each(|(sum, count)| *sum += count);
     }
-    let real =
-        |child: Child| if child == Child::NONE || child.held() == Held::Node { child } else { children[child.index()] };
-    tree.root = real(tree.root);
-    tree.nodes[..above].iter_mut().for_each(|node| node.children = node.children.map(real));
+    tree.root = real(tree.root, &children);
+    tree.nodes[..above].iter_mut().for_each(|node| node.children = node.children.map(|child| real(child, &children)));
     tree.leaves = Leaves::of(source, &order, &runs);
     tree.stack += LANES - 1;
     tree.fresh = tree.estimate();
     tree.is_fast = true;
     tree
+}
+
+/// What stands where a tree holds the number of it.
+fn real(child: Child, children: &[Child]) -> Child {
+    if child == Child::NONE || child.held() == Held::Node { child } else { children[child.index()] }
 }
 
 /// What a stretch of the curve was cut into; indices count from its beginning.
