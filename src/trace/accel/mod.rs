@@ -29,8 +29,8 @@
 //! 100,000 small spheres, 0.82 for 5,000 cones, 0.97 for 5,000 boxes, 0.76 for the bunny, 0.59 for the stadium, 1.0 for
 //! the Cornell box, 0.55 to 1.03 for the scenes of the SPD. An estimate of costs would have nothing to choose.
 //!
-//! Where few rays are expected, a tree is built in [`bvh`] from a curve that fills space, at 2.3 to 2.5 times the rate of
-//! a full build (874 k triangles, one thread and two). Diffuse bounces then visit 1.12 to 1.17 times as many nodes and
+//! Where few rays are expected, a tree is built in `bvh::fast` from a curve that fills space, at 2.3 to 2.5 times the
+//! rate of a full build (874 k triangles, one thread and two). Diffuse bounces then visit 1.12 to 1.17 times as many nodes and
 //! test 1.1 to 1.5 times as many primitives, at 0.87 of the rate on meshes. Half of what is left goes into reading and
 //! writing primitives. Blocks that dynamic programming cuts from the curve, and cuts at multiples of eight, cost less to
 //! find and made up to 3 times as many tests; nodes cut from the curve whatever surface that wastes were 1.4 times as many to
