@@ -23,19 +23,20 @@
 //! 2.3 to 3.3 times as fast as cones one by one.
 //!
 //! Over whole frames the tree was ahead of the grid, or within a twentieth, in all of some fifty scenes, which is why
-//! [`Accel::Auto`] is the tree. User seconds of one thread, tree / grid: 0.12 to 0.17 for a crowd of 1,000 instances whose boxes overlap, 0.26 for
-//! 3,000 tufts side by side, 0.54 for 100 large instances in one place, 0.8 to 0.86 for 10,000 instances apart; 0.66 for
-//! the sphereflake, 0.68 for 2,000 spheres through each other, 0.85 to 0.9 and 0.77 to 0.96 for clouds of 1,000 and
-//! 100,000 small spheres, 0.82 for 5,000 cones, 0.97 for 5,000 boxes, 0.76 for the bunny, 0.59 for the stadium, 1.0 for
-//! the Cornell box, 0.55 to 1.03 for the scenes of the SPD. An estimate of costs would have nothing to choose.
+//! [`Accel::Auto`] is the tree. User seconds of one thread, tree / grid: 0.12 to 0.17 for a crowd of 1,000 instances
+//! whose boxes overlap, 0.26 for 3,000 tufts side by side, 0.54 for 100 large instances in one place, 0.8 to 0.86 for
+//! 10,000 instances apart; 0.66 for the sphereflake, 0.68 for 2,000 spheres through each other, 0.85 to 0.9 and 0.77 to
+//! 0.96 for clouds of 1,000 and 100,000 small spheres, 0.82 for 5,000 cones, 0.97 for 5,000 boxes, 0.76 for the bunny,
+//! 0.59 for the stadium, 1.0 for the Cornell box, 0.55 to 1.03 for the scenes of the SPD. An estimate of costs would
+//! have nothing to choose.
 //!
 //! Where few rays are expected, a tree is built in `bvh::fast` from a curve that fills space, at 2.3 to 2.5 times the
-//! rate of a full build (874 k triangles, one thread and two). Diffuse bounces then visit 1.12 to 1.17 times as many nodes and
-//! test 1.1 to 1.5 times as many primitives, at 0.87 of the rate on meshes. Half of what is left goes into reading and
-//! writing primitives. Blocks that dynamic programming cuts from the curve, and cuts at multiples of eight, cost less to
-//! find and made up to 3 times as many tests; nodes cut from the curve whatever surface that wastes were 1.4 times as many to
-//! visit in the stadium. A still of 874 k triangles with one sample for each of 320 x 240 pixels takes 0.6 of the user
-//! seconds of the whole process.
+//! rate of a full build (874 k triangles, one thread and two). Diffuse bounces then visit 1.12 to 1.17 times as many
+//! nodes and test 1.1 to 1.5 times as many primitives, at 0.87 of the rate on meshes. A third of what is left goes into
+//! reading and writing primitives. Blocks that dynamic programming cuts from the curve, and cuts at multiples of eight,
+//! cost less to find and made up to 3 times as many tests; in the stadium rays visit 1.4 times as many nodes as in the
+//! full tree if nodes are cut from the curve whatever surface that wastes. A still of 874 k triangles with one sample
+//! for each of 320 x 240 pixels takes 0.6 of the user seconds of the whole process.
 //!
 //! What helped most, in order: arithmetic that is inlined into the one function that enables AVX2 (a closure handed to
 //! the standard library is not: every addition becomes a call); one frustum test of a node for sixteen rays instead of
