@@ -54,7 +54,7 @@ choice! {
 choice! {
     /// What finds the primitives along a ray. All give the same picture, to the byte.
     pub enum Accel {
-        /// The one that is estimated to be the fastest.
+        /// The fastest: so far always `Bvh`, for no scene was found in which `Grid` leads by a tenth.
         Auto,
         /// A uniform grid with mailboxes.
         Grid,

@@ -200,6 +200,7 @@ fn expose(
     let progress = |done, total| watch(Event::Tiles { frame, done, total });
     let (mut render, mut whole) = (Render::default(), true);
     let Shot { stage, input, .. } = shot;
+    stage.set_pictures((run.len() - index) as u32);
     let slices = input.slices(frame)?;
     input.with_slices(stage, frame, slices, |stage, share| {
         render = stage.settings();

@@ -12,6 +12,7 @@
 //! A frame whose shutter is open is several moments of the World: each is set up as above and adds its share of every
 //! pixel's samples to an [`Exposure`].
 
+mod accelerate;
 mod animate;
 mod before;
 mod bodies;

@@ -7,9 +7,9 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::lights::Passes;
-use super::stage::{AccelKey, Kept, Stage};
+use super::stage::{Kept, Stage};
 use super::still::{Kept as KeptTile, Still};
-use super::{extract, hierarchy, lens, lights, skins};
+use super::{accelerate, extract, hierarchy, lens, lights, skins};
 use crate::base::diagnostics::Diagnostics;
 use crate::components::{Integrator, Render, Transfer};
 use crate::film::{Film, FilterTable, Gather, Tally, denoise};
@@ -18,7 +18,7 @@ use crate::trace::environment::{Environment, Source};
 use crate::trace::integrator::{self, Guide, Photons, Settings, Share, Shelf, View};
 use crate::trace::lights::Lights;
 use crate::trace::simd::Width;
-use crate::trace::{Accelerator, Counters, Worker};
+use crate::trace::{Counters, Worker};
 
 /// Side of a tile in pixels: small enough to share out evenly, large enough for neighbours to share cells.
 const TILE: u32 = 16;
@@ -158,7 +158,7 @@ pub fn expose(
     let start = Instant::now();
     hierarchy::update(stage)?;
     let rebuilt = extract::update(stage)?;
-    exposure.stats.builds += u32::from(accelerate(stage, rebuilt));
+    exposure.stats.builds += u32::from(accelerate::update(stage, share, rebuilt));
     let mut settings = stage.settings();
     let surround_pass = exposure.passes.surround(&mut settings);
     if exposure.plate.is_none() {
@@ -278,19 +278,6 @@ fn surround(stage: &mut Stage, settings: &Render, sampled: bool) -> Result<Optio
     }
     *environment = Some((key, kept.clone()));
     Ok(Some(kept))
-}
-
-/// Builds the accelerator if the columns or its settings changed; true if it did.
-fn accelerate(stage: &mut Stage, rebuilt: bool) -> bool {
-    let settings = stage.settings();
-    let key = AccelKey { choice: settings.accel, density: settings.grid_density };
-    let fits = stage.kept.accelerator.as_ref().is_some_and(|(known, _)| *known == key);
-    if rebuilt || !fits {
-        let before = stage.kept.accelerator.as_ref().map(|(_, accelerator)| accelerator);
-        let built = Accelerator::rebuild(&stage.kept.geometry, key.choice, key.density, before);
-        stage.kept.accelerator = Some((key, built));
-    }
-    rebuilt || !fits
 }
 
 /// Takes again what may look otherwise than in the pictures before, and keeps the rest.

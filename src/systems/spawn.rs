@@ -27,6 +27,7 @@ pub fn spawn(scene: Scene) -> Result<Stage, Diagnostics> {
         base: scene.base,
         time: 0.0,
         past: None,
+        pictures: 1,
         kept: Kept { pictures: scene.pictures, stale_hierarchy: true, stale_geometry: true, ..Kept::default() },
     };
     for (name, material) in scene.materials {

@@ -47,6 +47,8 @@ pub struct Stage {
     pub(super) time: f64,
     /// This World in the frame before, where the film wants to know what has moved.
     pub(super) past: Option<Past>,
+    /// Pictures that are to be made of this World at most, the next one included.
+    pub(super) pictures: u32,
     pub(super) kept: Kept,
 }
 
@@ -55,6 +57,8 @@ pub struct Stage {
 pub(super) struct Kept {
     pub geometry: Arc<Geometry>,
     pub accelerator: Option<(AccelKey, Accelerator)>,
+    /// Rays that were expected to go through it so far, from when it was built and not only fitted.
+    pub served: f64,
     /// What surrounded the scene last, by its file and whether its values were decoded to linear light.
     pub environment: Option<((Text, bool), Environment)>,
     /// Pictures that were read for textures.
@@ -94,6 +98,12 @@ impl Stage {
             self.kept.stale_geometry = true;
         }
         self.time = time;
+    }
+
+    /// Sets how many pictures are to be made of this World at most, the next one included; it is 1 otherwise. Only what
+    /// they cost depends on it.
+    pub fn set_pictures(&mut self, pictures: u32) {
+        self.pictures = pictures;
     }
 
     /// Sets what this World was in the frame before.

@@ -171,13 +171,45 @@ fn a_mirrored_mesh_keeps_its_outside() {
     assert!(stats.counters.primary_hits > 0);
 }
 
-#[test]
-fn a_mesh_that_many_entities_use_is_stored_once() {
+/// 1559 triangles.
+fn sheet() -> Arc<MeshData> {
     let side = 40;
     let vertices = (0..side * side).map(|i| glam::Vec3::new((i % side) as f32, (i / side) as f32, 0.0)).collect();
     let corner = |i: u32| [i, i + 1, i + side + 1];
     let triangles = (0..side * (side - 1) - 1).map(corner).collect();
-    let data = Arc::new(MeshData::new(vertices, triangles, Vec::new()));
+    Arc::new(MeshData::new(vertices, triangles, Vec::new()))
+}
+
+#[test]
+fn a_tree_is_as_good_as_the_rays_that_are_expected_are_worth() {
+    let mut entities = scene().entities;
+    let transform = Transform { translation: DVec3::new(-20.0, -20.0, -50.0), ..Transform::default() };
+    entities.push(Bag::new([transform.into(), Mesh { data: sheet(), ..Mesh::default() }.into()]));
+    let few = Scene { entities, render: Render { samples: 1, ..scene().render }, ..scene() };
+    let many = Scene { render: Render { samples: 64, ..scene().render }, ..few.clone() };
+    let is_fast = |stage: &Stage| stage.kept.accelerator.as_ref().unwrap().1.is_outgrown(f64::INFINITY);
+    let after = |scene: &Scene, pictures: u32| {
+        let mut stage = spawn(scene.clone()).unwrap();
+        stage.set_pictures(pictures);
+        film(&mut stage);
+        stage
+    };
+    assert!(is_fast(&after(&few, 1)));
+    assert!(!is_fast(&after(&many, 1)));
+    let mut stage = after(&few, 100);
+    assert!(!is_fast(&stage));
+    // Another number of primitives: what was built did not last long.
+    animate(&mut stage, vec![Edit::Spawn(ball("new", [0.5; 3]))]).unwrap();
+    let at_first = film(&mut stage);
+    assert!(is_fast(&stage));
+    // Then all stands still, and a better tree begins to pay.
+    (0..5).for_each(|_| assert_eq!(film(&mut stage), at_first));
+    assert!(!is_fast(&stage));
+}
+
+#[test]
+fn a_mesh_that_many_entities_use_is_stored_once() {
+    let data = sheet();
     let copy = |i: u32| {
         let translation = DVec3::new(f64::from(i % 100), f64::from(i / 100), -50.0);
         let transform = Transform { translation, ..Transform::default() };

@@ -1,12 +1,12 @@
 //! The kernel: rays against columns of primitives.
 //!
 //! No I/O, no entities, no `dyn` in an inner loop, `f32` throughout. [`geometry`] holds the primitives as columns,
-//! [`shapes`] the tests of single ones, written over the lanes of [`simd`]; [`accel`] finds the nearest along a ray, and
-//! whatever finds it, on whatever processor, the answer is the same to the bit. [`surface`] says where a hit is and how
-//! exactly that is known. [`integrator`] follows light through waves of [`camera`] rays and what they give rise to, over
-//! [`lights`], [`surfacing`] (materials) and the [`bsdf`] of a point, with [`texture`]s, in an [`environment`], fed by the
-//! stateless [`sampler`]. [`footprint`] notes what the rays of a sample crossed, [`before`] tells what has moved since the
-//! frame before.
+//! [`columns`] rays and hits; [`shapes`] has the tests of single primitives, written over the lanes of [`simd`]. [`accel`]
+//! finds the nearest along a ray, and whatever finds it, on whatever processor, the answer is the same to the bit.
+//! [`surface`] says where a hit is and how exactly that is known. [`integrator`] follows light through waves of [`camera`]
+//! rays and what they give rise to, over [`lights`], [`surfacing`] (materials) and the [`bsdf`] of a point, with
+//! [`texture`]s, in an [`environment`], fed by the stateless [`sampler`]. [`footprint`] notes what the rays of a sample
+//! crossed, [`before`] tells what has moved since the frame before.
 
 pub mod accel;
 pub mod before;

@@ -8,7 +8,7 @@ use anim::trace::geometry::Geometry;
 use anim::trace::sampler::{Domain, Node, Sampler};
 use anim::trace::shapes::{self, Probe};
 use anim::trace::simd::V3;
-use anim::trace::{Accelerator, Ray, Tag, Worker};
+use anim::trace::{Accelerator, Hits, Ray, Rays, Tag, Worker};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DAffine3, Vec3};
 
@@ -37,7 +37,7 @@ fn scene() -> Geometry {
 }
 
 /// A picture's rays in squares of four by four pixels.
-fn camera_rays(side: u32) -> Vec<Ray> {
+fn camera_rays(side: u32) -> Rays {
     let pixels = (0..side * side).map(|n| {
         let (square, within) = (n / 16, n % 16);
         (square % (side / 4) * 4 + within % 4, square / (side / 4) * 4 + within / 4)
@@ -73,13 +73,13 @@ fn walks(c: &mut Criterion) {
         let accelerator = Accelerator::build(&geometry, choice, 1.0);
         let mut worker = Worker::default();
         group.bench_function(format!("{}, one by one", accelerator.name()), |b| {
-            b.iter(|| rays.iter().filter(|ray| accelerator.closest(&geometry, ray, &mut worker).is_some()).count());
+            b.iter(|| rays.iter().filter(|ray| accelerator.closest(&geometry, &ray, &mut worker).is_some()).count());
         });
+        let mut hits = Hits::default();
         group.bench_function(format!("{}, together", accelerator.name()), |b| {
             b.iter(|| {
-                let mut hits = 0;
-                accelerator.closest_all(&geometry, &rays, &mut worker, |_, hit| hits += usize::from(hit.is_some()));
-                hits
+                accelerator.closest_all(&geometry, &rays, &mut worker, &mut hits);
+                hits.found_count()
             });
         });
     }
@@ -92,6 +92,9 @@ fn builds(c: &mut Criterion) {
     for choice in [Accel::Grid, Accel::Bvh] {
         group.bench_function(choice.name(), |b| b.iter(|| Accelerator::build(&geometry, choice, 1.0)));
     }
+    group.bench_function("bvh for few rays", |b| {
+        b.iter(|| Accelerator::rebuild(&geometry, Accel::Bvh, 1.0, 0.0, None));
+    });
 }
 
 criterion_group!(kernels, single_tests, walks, builds);

@@ -2,7 +2,7 @@
 //!
 //! `cargo bench --bench rays -- --triangles F --spheres F --rays F --query closest|any --accel grid|bvh|auto --threads N`
 //!
-//! All files are little-endian: triangles `u32 n, n x 9 f32`; spheres `u32 n, n x (x y z r) f32`; rays `u32 n,
+//! `--build fast` builds trees as they are built for few rays. All files are little-endian: triangles `u32 n, n x 9 f32`; spheres `u32 n, n x (x y z r) f32`; rays `u32 n,
 //! n x (ox oy oz tmin dx dy dz tmax) f32`. What follows is ignored.
 
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use anim::components::{Accel, MeshData};
 use anim::trace::geometry::Geometry;
-use anim::trace::{Accelerator, Ray, Tag, Worker};
+use anim::trace::{Accelerator, Hits, Ray, Rays, Tag, Worker};
 use clap::{Parser, ValueEnum};
 use glam::{DAffine3, Vec3};
 use rayon::prelude::*;
@@ -21,6 +21,14 @@ use rustc_hash::FxHashMap;
 enum Query {
     Closest,
     Any,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Build {
+    /// As for endless rays.
+    Full,
+    /// As for no rays.
+    Fast,
 }
 
 /// Traces rays from a file against primitives from files.
@@ -39,6 +47,9 @@ struct Args {
     query: Query,
     #[arg(long, default_value = "auto", value_parser = |s: &str| Accel::parse(s).ok_or("grid, bvh, brute or auto"))]
     accel: Accel,
+    /// How a tree is built.
+    #[arg(long, value_enum, default_value = "full")]
+    build: Build,
     #[arg(long, default_value_t = 1)]
     threads: usize,
     /// Timed runs; the median counts.
@@ -97,12 +108,15 @@ fn scene(args: &Args) -> (Geometry, usize) {
     (geometry, bytes)
 }
 
-fn rays(path: &Path) -> Vec<Ray> {
+/// Rays that are traced together.
+const TOGETHER: usize = 4096;
+
+fn rays(path: &Path) -> Vec<Rays> {
     let ray = |r: &[f32]| {
         let (direction, t_min) = (Vec3::new(r[4], r[5], r[6]), r[3]);
         Ray { origin: Vec3::from_slice(r) + direction * t_min, direction, t_max: r[7] - t_min }
     };
-    read(path, 8).chunks_exact(8).map(ray).collect()
+    read(path, 8).chunks(8 * TOGETHER).map(|rows| rows.chunks_exact(8).map(ray).collect()).collect()
 }
 
 fn median(mut times: Vec<f64>) -> f64 {
@@ -114,7 +128,8 @@ fn main() {
     let args = Args::parse();
     rayon::ThreadPoolBuilder::new().num_threads(args.threads).build_global().expect("one thread pool");
     let (geometry, scene_bytes) = scene(&args);
-    let build = || Accelerator::build(&geometry, args.accel, args.density);
+    let expected = if args.build == Build::Full { f64::INFINITY } else { 0.0 };
+    let build = || Accelerator::rebuild(&geometry, args.accel, args.density, expected, None);
     let builds = (0..args.runs.min(3)).map(|_| {
         let start = Instant::now();
         std::hint::black_box(build());
@@ -123,30 +138,35 @@ fn main() {
     let build_seconds = median(builds.collect());
     let accelerator = build();
     let rays = rays(&args.rays);
-    let run = |rays: &[Ray]| -> (usize, u64, u64) {
+    let run = |rays: &Rays| -> (usize, u64, u64) {
         let mut worker = Worker::default();
         let mut hits = 0;
         match (args.query, args.single) {
             (Query::Closest, false) => {
-                accelerator.closest_all(&geometry, rays, &mut worker, |_, hit| hits += usize::from(hit.is_some()));
+                let mut found = Hits::default();
+                accelerator.closest_all(&geometry, rays, &mut worker, &mut found);
+                hits += found.found_count() as usize;
             }
             (Query::Any, false) => {
-                accelerator.occluded_all(&geometry, rays, &mut worker, |_, hit| hits += usize::from(hit));
+                let mut blocked = Vec::new();
+                accelerator.occluded_all(&geometry, rays, &mut worker, &mut blocked);
+                hits += blocked.iter().filter(|blocked| **blocked).count();
             }
             (Query::Closest, true) => rays.iter().for_each(|ray| {
-                hits += usize::from(accelerator.closest(&geometry, ray, &mut worker).is_some());
+                hits += usize::from(accelerator.closest(&geometry, &ray, &mut worker).is_some());
             }),
             (Query::Any, true) => rays.iter().for_each(|ray| {
-                hits += usize::from(accelerator.occluded(&geometry, ray, &mut worker));
+                hits += usize::from(accelerator.occluded(&geometry, &ray, &mut worker));
             }),
         }
         (hits, worker.counters.steps, worker.counters.intersection_tests)
     };
     let once = || -> (usize, u64, u64) {
+        let sum = |a: (usize, u64, u64), b: (usize, u64, u64)| (a.0 + b.0, a.1 + b.1, a.2 + b.2);
         if args.threads == 1 {
-            return run(&rays);
+            return rays.iter().map(run).fold((0, 0, 0), sum);
         }
-        rays.par_chunks(4096).map(run).reduce(|| (0, 0, 0), |a, b| (a.0 + b.0, a.1 + b.1, a.2 + b.2))
+        rays.par_iter().map(run).reduce(|| (0, 0, 0), sum)
     };
     let (hits, steps, tests) = once();
     let times = (0..args.runs).map(|_| {
@@ -155,7 +175,8 @@ fn main() {
         start.elapsed().as_secs_f64()
     });
     let seconds = median(times.collect());
-    let (count, primitives) = (rays.len() as f64, geometry.len() as f64);
+    let count: usize = rays.iter().map(Rays::len).sum();
+    let (rays, primitives) = (count as f64, geometry.len() as f64);
     println!(
         "accel={} query={} threads={} primitives={} rays={} hits={hits} Mrays/s={:.2} build_seconds={build_seconds:.4} \
          Mprimitives/s={:.2} bytes_per_primitive={:.1} steps/ray={:.2} tests/ray={:.2}",
@@ -163,11 +184,11 @@ fn main() {
         if args.query == Query::Closest { "closest" } else { "any" },
         args.threads,
         geometry.len(),
-        rays.len(),
-        count / seconds / 1e6,
+        count,
+        rays / seconds / 1e6,
         primitives / build_seconds / 1e6,
         (scene_bytes + accelerator.bytes()) as f64 / primitives,
-        steps as f64 / count,
-        tests as f64 / count,
+        steps as f64 / rays,
+        tests as f64 / rays,
     );
 }

@@ -69,10 +69,11 @@ fn build(pieces: &[Piece]) -> Geometry {
     geometry
 }
 
-/// What is held to brute force.
-fn both(geometry: &Geometry, width: Width, density: f64) -> [Accelerator; 2] {
-    let tree = Bvh::build(geometry, width, None);
-    [Accelerator::Bvh(Box::new(tree)), Accelerator::Grid(Box::new(Grid::build(geometry, density, width, None)))]
+/// What is held to brute force: the tree at full quality, the one for few rays, and the grid.
+fn all(geometry: &Geometry, width: Width, density: f64) -> [Accelerator; 3] {
+    let [full, fast] =
+        [f64::INFINITY, 0.0].map(|rays| Accelerator::Bvh(Box::new(Bvh::build(geometry, width, rays, None))));
+    [full, fast, Accelerator::Grid(Box::new(Grid::build(geometry, density, width, None)))]
 }
 
 proptest! {
@@ -84,7 +85,7 @@ proptest! {
         density in 0.2f64..20.0,
     ) {
         let geometry = build(&pieces);
-        let others: Vec<_> = Width::all().into_iter().flat_map(|w| both(&geometry, w, density)).collect();
+        let others: Vec<_> = Width::all().into_iter().flat_map(|w| all(&geometry, w, density)).collect();
         let mut worker = Worker::default();
         for (from, to, kind) in rays {
             let from = if kind == 3 { from * 1e4 } else { from };
@@ -125,7 +126,7 @@ proptest! {
         let expected: Vec<_> =
             rays.iter().map(|ray| Accelerator::Brute.closest(&geometry, ray, &mut worker)).collect();
         let many = Rays::from_iter(rays);
-        for accelerator in Width::all().into_iter().flat_map(|w| both(&geometry, w, density)) {
+        for accelerator in Width::all().into_iter().flat_map(|w| all(&geometry, w, density)) {
             let mut found = Hits::default();
             accelerator.closest_all(&geometry, &many, &mut worker, &mut found);
             prop_assert_eq!(&found.iter().collect::<Vec<_>>(), &expected, "{}", accelerator.name());
@@ -146,9 +147,10 @@ proptest! {
         pieces in prop::collection::vec(piece(), 1..60),
         motions in prop::collection::vec((prop_oneof![Just(0.02f32), Just(0.3), Just(4.0)], point(), point()), 1..4),
         rays in prop::collection::vec((point(), point()), 1..20),
+        expected_rays in prop_oneof![Just(0.0), Just(f64::INFINITY)],
     ) {
         let mut pieces = pieces;
-        let mut tree = Accelerator::build(&build(&pieces), Accel::Bvh, 2.0);
+        let mut tree = Accelerator::rebuild(&build(&pieces), Accel::Bvh, 2.0, expected_rays, None);
         for (size, turn, shift) in motions {
             for (i, Piece(kind, a, b, c, _)) in pieces.iter_mut().enumerate() {
                 let way = if i % 3 == 0 { turn } else { shift } * size;
@@ -157,7 +159,7 @@ proptest! {
                 *c += if *kind == 2 { way } else { turn * size };
             }
             let geometry = build(&pieces);
-            tree = Accelerator::rebuild(&geometry, Accel::Bvh, 2.0, Some(&tree));
+            tree = Accelerator::rebuild(&geometry, Accel::Bvh, 2.0, expected_rays, Some(&tree));
             let mut worker = Worker::default();
             for (from, to) in &rays {
                 let ray = Ray::new(*from, (*to - *from).normalize_or(Vec3::X));
@@ -247,7 +249,7 @@ fn a_dense_mesh_in_a_wide_scene_answers_like_the_tree_and_costs_little() {
     geometry.push_mesh(Tag::default(), &ball, false, &DAffine3::IDENTITY);
     geometry.push_mesh(Tag::default(), &bowl, false, &DAffine3::IDENTITY);
     geometry.finish();
-    let [tree, grid] = both(&geometry, Width::detect(), 2.0);
+    let [tree, fast, grid] = all(&geometry, Width::detect(), 2.0);
     let rays: Rays = (0..1024)
         .map(|i| {
             let target = Vec3::new((i % 32) as f32 * 0.08 - 1.25, (i / 32) as f32 * 0.08, 0.0);
@@ -261,7 +263,17 @@ fn a_dense_mesh_in_a_wide_scene_answers_like_the_tree_and_costs_little() {
         found.iter().collect::<Vec<_>>()
     };
     let mut worker = Worker::default();
-    assert_eq!(find(&grid, &mut worker), find(&tree, &mut Worker::default()));
+    let expected = find(&tree, &mut Worker::default());
+    assert_eq!(find(&grid, &mut worker), expected);
+    assert_eq!(find(&fast, &mut Worker::default()), expected);
+    // Nearly all of the ball has one place on the curve through the whole scene.
+    let [tree, fast] = [tree, fast].map(|tree| {
+        let mut worker = Worker::default();
+        let hits = rays.iter().filter(|ray| tree.closest(&geometry, ray, &mut worker).is_some());
+        assert_eq!(hits.count(), expected.iter().flatten().count());
+        worker.counters.steps
+    });
+    assert!(2 * fast < 3 * tree, "{fast} nodes of the fast tree, {tree} of the full one");
     let per_ray = worker.counters.intersection_tests / 1024;
     // The cells of the wide scene around the ball hold most of its 7,200 triangles.
     assert!(per_ray < 200, "{per_ray} tests a ray");

@@ -283,12 +283,19 @@ impl Geometry {
 
     /// Corners of a triangle, whether it stands alone or in a mesh.
     pub fn corners(&self, number: u32) -> [Vec3; 3] {
+        self.tagged_triangle(number).0
+    }
+
+    /// Corners of a triangle and what it belongs to, whether it stands alone or in a mesh.
+    #[inline]
+    pub fn tagged_triangle(&self, number: u32) -> ([Vec3; 3], Tag) {
         let alone = self.range(Kind::Triangle);
         if alone.contains(&number) {
-            return self.triangles[(number - alone.start) as usize];
+            let index = (number - alone.start) as usize;
+            return (self.triangles[index], self.tags[Kind::Triangle as usize][index]);
         }
         let part = self.part_of(number);
-        part.corners(number - part.first)
+        (part.corners(number - part.first), part.tag)
     }
 
     /// Least and greatest corner of a box.

@@ -237,7 +237,7 @@ mod tests {
 
     /// Texture coordinates of the hit of a ray from a point towards another.
     fn meet(geometry: &Geometry, frame: &Frame, from: Vec3, to: Vec3) -> (Parametrisation, Surface) {
-        let accelerator = Accelerator::rebuild(geometry, crate::components::Accel::Brute, 2.0, None);
+        let accelerator = Accelerator::rebuild(geometry, crate::components::Accel::Brute, 2.0, f64::INFINITY, None);
         let ray = Ray::new(from, (to - from).normalize());
         let hit = accelerator.closest(geometry, &ray, &mut Worker::default()).unwrap();
         let surface = geometry.surface(&ray, &hit);

@@ -43,7 +43,7 @@ impl Model {
         let mut geometry = Geometry::default();
         push(&mut geometry);
         geometry.finish();
-        let accelerator = Accelerator::rebuild(&geometry, Accel::Brute, 2.0, None);
+        let accelerator = Accelerator::rebuild(&geometry, Accel::Brute, 2.0, f64::INFINITY, None);
         Model { geometry, accelerator, skins: wearing(dress, still()) }
     }
 

@@ -6,8 +6,7 @@
 use glam::Vec4;
 use rayon::prelude::*;
 
-use super::{Child, Held, LANES, Leaves, Model, Node, Source, Tree};
-use crate::trace::Geometry;
+use super::{Child, Held, LANES, Leaves, Node, Source, Tree};
 use crate::trace::geometry::Bounds;
 
 /// Slices of an axis among which a split is chosen. Eight of the longest axis alone, for trees that last one frame, build
@@ -15,7 +14,7 @@ use crate::trace::geometry::Bounds;
 const BINS: usize = 32;
 
 /// Ranges above this are binned on all threads, and their children built on all threads.
-const FORK: usize = 16 * 1024;
+pub const FORK: usize = 16 * 1024;
 
 /// Parts in which such a range is binned.
 const PARTS: usize = 8;
@@ -23,73 +22,88 @@ const PARTS: usize = 8;
 /// Deeper than this, ranges are split in the middle: the stack of a walk stays bounded.
 const DEEPEST: usize = 40;
 
-pub fn world(geometry: &Geometry) -> Tree {
-    build(geometry, geometry.finite())
-}
-
-pub fn model(model: &Model) -> Tree {
-    build(model, model.mesh.triangles.len() as u32)
-}
-
-/// A primitive while it is being sorted: its box, with number and kind in the fourth coordinates.
+/// Something that is being sorted: its box, with number and kind in the fourth coordinates.
 #[derive(Clone, Copy)]
-struct Ref {
-    low: Vec4,
-    high: Vec4,
+pub struct Ref {
+    pub low: Vec4,
+    pub high: Vec4,
 }
 
 impl Ref {
-    fn new(bounds: Bounds, number: u32, held: Held) -> Self {
-        let low = bounds.min.extend(f32::from_bits(number));
-        Ref { low, high: bounds.max.extend(f32::from_bits(held as u32)) }
+    #[inline]
+    pub fn new(bounds: Extent, number: u32, held: Held) -> Self {
+        let (mut low, mut high) = (bounds.low, bounds.high);
+        low.w = f32::from_bits(number);
+        high.w = f32::from_bits(held as u32);
+        Ref { low, high }
     }
 
-    fn number(&self) -> u32 {
+    fn of<S: Source>(source: &S, number: u32) -> Self {
+        let Bounds { min, max } = source.bounds(number);
+        Ref::new(Extent { low: min.extend(0.0), high: max.extend(0.0) }, number, source.held(number))
+    }
+
+    #[inline]
+    pub fn number(&self) -> u32 {
         self.low.w.to_bits()
     }
 
-    fn held(&self) -> u32 {
+    #[inline]
+    pub fn held(&self) -> u32 {
         self.high.w.to_bits()
     }
 
+    #[inline]
+    pub fn extent(&self) -> Extent {
+        Extent { low: self.low, high: self.high }
+    }
+
     /// Twice the middle of the box.
-    fn middle(&self) -> Vec4 {
+    #[inline]
+    pub fn middle(&self) -> Vec4 {
         self.low + self.high
     }
 }
 
+/// The first `count` primitives of a source.
+pub fn refs<S: Source>(source: &S, count: u32) -> Vec<Ref> {
+    (0..count).into_par_iter().with_min_len(4096).map(|n| Ref::of(source, n)).collect()
+}
+
 /// A box whose fourth coordinates mean nothing.
 #[derive(Clone, Copy)]
-struct Extent {
-    low: Vec4,
-    high: Vec4,
+pub struct Extent {
+    pub low: Vec4,
+    pub high: Vec4,
 }
 
 impl Extent {
-    const EMPTY: Extent = Extent { low: Vec4::splat(f32::INFINITY), high: Vec4::splat(f32::NEG_INFINITY) };
+    pub const EMPTY: Extent = Extent { low: Vec4::splat(f32::INFINITY), high: Vec4::splat(f32::NEG_INFINITY) };
 
     #[inline]
-    fn add(&mut self, low: Vec4, high: Vec4) {
+    pub fn add(&mut self, low: Vec4, high: Vec4) {
         self.low = self.low.min(low);
         self.high = self.high.max(high);
     }
 
-    fn union(mut self, other: Extent) -> Self {
+    #[inline]
+    pub fn union(mut self, other: Extent) -> Self {
         self.add(other.low, other.high);
         self
     }
 
-    fn half_area(&self) -> f32 {
+    #[inline]
+    pub fn half_area(&self) -> f32 {
         let s = (self.high - self.low).max(Vec4::ZERO);
         s.x * s.y + s.y * s.z + s.z * s.x
     }
 }
 
 /// References side by side, with the bounds of their boxes and of their middles.
-struct Range<'a> {
+pub struct Range<'a> {
     refs: &'a mut [Ref],
-    bounds: Extent,
-    middles: Extent,
+    pub bounds: Extent,
+    pub middles: Extent,
 }
 
 impl<'a> Range<'a> {
@@ -103,7 +117,7 @@ impl<'a> Range<'a> {
     }
 
     /// The same on all threads.
-    fn of_many(refs: &'a mut [Ref]) -> Self {
+    pub fn of_many(refs: &'a mut [Ref]) -> Self {
         let parts = refs.par_chunks_mut(FORK).map(|refs| {
             let Range { bounds, middles, .. } = Range::new(refs);
             (bounds, middles)
@@ -119,10 +133,24 @@ impl<'a> Range<'a> {
 
     /// Whether it can be one leaf: a block, or one of what has no blocks. To carry a ray into an instance costs more
     /// than a node, so that each has a box of its own.
-    fn is_leaf(&self) -> bool {
-        let most = if self.refs[0].held() == Held::List as u32 { 1 } else { LANES };
+    fn is_leaf(&self, block: usize) -> bool {
+        let most = if self.refs[0].held() == Held::List as u32 { 1 } else { block };
         self.refs.len() <= most && !self.mixed()
     }
+}
+
+/// What a tree grows down to.
+pub struct Ground<F> {
+    /// How many references of one kind a leaf takes.
+    pub block: usize,
+    /// Makes a leaf of them.
+    pub leaf: F,
+}
+
+/// What so many in a box are expected to cost where leaves take `block` of them: half by number, half by leaf.
+#[inline]
+pub fn cost(around: &Extent, count: usize, block: usize) -> f32 {
+    around.half_area() * (count.div_ceil(block) * block + count) as f32
 }
 
 /// Where primitives fall along each axis.
@@ -184,9 +212,9 @@ impl Bins {
         }
     }
 
-    /// The cheapest split: axis, and the first bin on its far side.
-    fn choose(&self) -> Option<(usize, usize)> {
-        let cost = |extent: &Extent, count: u32| extent.half_area() * (count.div_ceil(8) * 8 + count) as f32;
+    /// The cheapest split where leaves take so many: axis, and the first bin on its far side.
+    fn choose(&self, block: usize) -> Option<(usize, usize)> {
+        let cost = |extent: &Extent, count: u32| cost(extent, count as usize, block);
         let mut best = (f32::INFINITY, None);
         for axis in 0..3 {
             if self.scale[axis] == 0.0 {
@@ -216,7 +244,7 @@ impl Bins {
     }
 }
 
-fn split<'a>(range: Range<'a>, bins: &mut Bins, depth: usize) -> [Range<'a>; 2] {
+fn split<'a>(range: Range<'a>, block: usize, bins: &mut Bins, depth: usize) -> [Range<'a>; 2] {
     if range.refs.len() <= LANES && range.mixed() {
         return by_kind(range);
     }
@@ -232,7 +260,7 @@ fn split<'a>(range: Range<'a>, bins: &mut Bins, depth: usize) -> [Range<'a>; 2] 
     } else {
         bins.fill(range.refs);
     }
-    let chosen = if depth > DEEPEST { None } else { bins.choose() };
+    let chosen = if depth > DEEPEST { None } else { bins.choose(block) };
     let Some((axis, first)) = chosen else {
         let (a, b) = range.refs.split_at_mut(range.refs.len() / 2);
         return [Range::new(a), Range::new(b)];
@@ -268,45 +296,55 @@ fn by_kind(range: Range) -> [Range; 2] {
     [Range::new(a), Range::new(b)]
 }
 
-fn build<S: Source>(source: &S, count: u32) -> Tree {
-    let make = |n: u32| Ref::new(source.bounds(n), n, source.held(n));
-    let mut refs: Vec<Ref> = (0..count).into_par_iter().with_min_len(4096).map(make).collect();
-    let range = Range::of_many(&mut refs);
+/// Full quality: a block of a leaf is chosen as every split is.
+pub fn full<S: Source>(source: &S, count: u32) -> Tree {
+    let mut refs = refs(source, count);
+    let leaf = |refs: &[Ref], leaves: &mut Leaves| {
+        let mut numbers = [0; LANES];
+        refs.iter().zip(&mut numbers).for_each(|(r, n)| *n = r.number());
+        leaves.put(source, &numbers[..refs.len()])
+    };
+    let mut tree = plant(&mut refs, &Ground { block: LANES, leaf });
+    tree.fresh = tree.estimate();
+    tree
+}
+
+/// The tree over references.
+pub fn plant<F: Fn(&[Ref], &mut Leaves) -> Child + Sync>(refs: &mut [Ref], ground: &Ground<F>) -> Tree {
+    let empty = refs.is_empty();
+    let range = Range::of_many(refs);
     let mut tree = Tree::empty(Bounds { min: range.bounds.low.truncate(), max: range.bounds.high.truncate() });
-    if count > 0 {
+    if !empty {
         let depth;
-        (tree.root, depth) = grow(source, range, &mut tree, &mut Bins::new(), 0);
+        (tree.root, depth) = grow(ground, range, &mut tree, &mut Bins::new(), 0);
         tree.stack = (LANES - 1) * depth + 1;
-        tree.fresh = tree.estimate();
     }
     tree
 }
 
 /// Adds a range to the tree: the child that it becomes, and how many nodes deep it is.
-fn grow<S: Source>(source: &S, range: Range, tree: &mut Tree, bins: &mut Bins, depth: usize) -> (Child, usize) {
-    if range.is_leaf() {
-        return (leaf(source, range.refs, tree), 0);
+fn grow<F>(ground: &Ground<F>, range: Range, tree: &mut Tree, bins: &mut Bins, depth: usize) -> (Child, usize)
+where
+    F: Fn(&[Ref], &mut Leaves) -> Child + Sync,
+{
+    let block = ground.block;
+    if range.is_leaf(block) {
+        return ((ground.leaf)(range.refs, &mut tree.leaves), 0);
     }
     let parallel = range.refs.len() > FORK;
     let mut ranges = Vec::with_capacity(LANES);
     ranges.push(range);
     while ranges.len() < LANES {
-        let open = ranges.iter().enumerate().filter(|(_, r)| !r.is_leaf());
+        let open = ranges.iter().enumerate().filter(|(_, r)| !r.is_leaf(block));
         let Some((widest, _)) = open.max_by(|a, b| a.1.bounds.half_area().total_cmp(&b.1.bounds.half_area())) else {
             break;
         };
-        let [a, b] = split(ranges.swap_remove(widest), bins, depth);
+        let [a, b] = split(ranges.swap_remove(widest), block, bins, depth);
         ranges.extend([a, b]);
     }
     let at = tree.nodes.len();
-    let mut node = Node { bounds: [[[0.0; LANES]; 2]; 3], children: [Child::NONE; LANES] };
-    for axis in 0..3 {
-        for child in 0..LANES {
-            let range = ranges.get(child);
-            node.bounds[axis][0][child] = range.map_or(f32::INFINITY, |r| r.bounds.low[axis]);
-            node.bounds[axis][1][child] = range.map_or(f32::NEG_INFINITY, |r| r.bounds.high[axis]);
-        }
-    }
+    let mut node = Node::EMPTY;
+    ranges.iter().enumerate().for_each(|(i, range)| node.put(i, range.bounds, Child::NONE));
     tree.nodes.push(node);
     let mut deepest = 0;
     let mut set = |tree: &mut Tree, i: usize, (child, depth): (Child, usize)| {
@@ -318,7 +356,7 @@ fn grow<S: Source>(source: &S, range: Range, tree: &mut Tree, bins: &mut Bins, d
             .into_par_iter()
             .map(|range| {
                 let mut branch = Tree::empty(tree.bounds);
-                let child = grow(source, range, &mut branch, &mut Bins::new(), depth + 1);
+                let child = grow(ground, range, &mut branch, &mut Bins::new(), depth + 1);
                 (branch, child)
             })
             .collect();
@@ -329,11 +367,30 @@ fn grow<S: Source>(source: &S, range: Range, tree: &mut Tree, bins: &mut Bins, d
         }
     } else {
         for (i, range) in ranges.into_iter().enumerate() {
-            let child = grow(source, range, tree, bins, depth + 1);
+            let child = grow(ground, range, tree, bins, depth + 1);
             set(tree, i, child);
         }
     }
     (Child::new(Held::Node, 1, at), deepest + 1)
+}
+
+/// A child whose index counted from what is behind so many nodes and blocks of each kind.
+pub fn regrafted(child: Child, before: &[usize; 6]) -> Child {
+    if child == Child::NONE { child } else { child.moved(before[child.held() as usize]) }
+}
+
+impl Node {
+    pub const EMPTY: Node =
+        Node { bounds: [[[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]]; 3], children: [Child::NONE; LANES] };
+
+    #[inline]
+    pub fn put(&mut self, slot: usize, around: Extent, child: Child) {
+        for axis in 0..3 {
+            self.bounds[axis][0][slot] = around.low[axis];
+            self.bounds[axis][1][slot] = around.high[axis];
+        }
+        self.children[slot] = child;
+    }
 }
 
 impl Tree {
@@ -346,6 +403,7 @@ impl Tree {
             extent: 0.0,
             stack: 0,
             fresh: 0.0,
+            is_fast: false,
         };
         tree.set_bounds(bounds);
         tree
@@ -367,10 +425,7 @@ impl Tree {
     fn graft(&mut self, mut branch: Tree, child: Child) -> Child {
         let [triangles, spheres, boxes, cones, lists] = self.leaves.lens();
         let before = [self.nodes.len(), triangles, spheres, boxes, cones, lists];
-        let moved = |child: Child| match child {
-            Child::NONE => child,
-            _ => child.moved(before[child.held() as usize]),
-        };
+        let moved = |child| regrafted(child, &before);
         for node in &mut branch.nodes {
             node.children = node.children.map(moved);
         }
@@ -378,11 +433,4 @@ impl Tree {
         self.leaves.append(&mut branch.leaves);
         moved(child)
     }
-}
-
-/// Writes up to eight primitives of one kind into a leaf.
-fn leaf<S: Source>(source: &S, refs: &[Ref], tree: &mut Tree) -> Child {
-    let mut numbers = [0; LANES];
-    refs.iter().zip(&mut numbers).for_each(|(r, n)| *n = r.number());
-    tree.leaves.put(source, &numbers[..refs.len()])
 }

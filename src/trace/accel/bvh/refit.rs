@@ -75,7 +75,7 @@ impl Node {
         }
     }
 
-    fn bounds_at(&self, slot: usize) -> Bounds {
+    pub fn bounds_at(&self, slot: usize) -> Bounds {
         let side = |side: usize| std::array::from_fn(|axis| self.bounds[axis][side][slot]);
         Bounds { min: Vec3::from_array(side(0)), max: Vec3::from_array(side(1)) }
     }

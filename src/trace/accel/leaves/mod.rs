@@ -2,13 +2,15 @@
 
 mod meet;
 
+use std::ops::Range;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::trace::Geometry;
 use crate::trace::geometry::{Bounds, Kind, Model};
 use crate::trace::shapes::Frustum;
 use crate::trace::simd::{LANES, Wide};
+use crate::trace::{Geometry, Tag};
 pub use meet::{Cost, Scope, block};
 
 /// What a child of a node is, and where.
@@ -40,6 +42,18 @@ impl Held {
             _ => Held::List,
         }
     }
+
+    #[inline(always)]
+    pub fn of_bits(bits: u32) -> Self {
+        match bits {
+            0 => Held::Node,
+            1 => Held::Triangles,
+            2 => Held::Spheres,
+            3 => Held::Boxes,
+            4 => Held::Cones,
+            _ => Held::List,
+        }
+    }
 }
 
 impl Child {
@@ -52,14 +66,7 @@ impl Child {
 
     #[inline(always)]
     pub fn held(self) -> Held {
-        match self.0 >> (INDEX_BITS + 3) {
-            0 => Held::Node,
-            1 => Held::Triangles,
-            2 => Held::Spheres,
-            3 => Held::Boxes,
-            4 => Held::Cones,
-            _ => Held::List,
-        }
+        Held::of_bits(self.0 >> (INDEX_BITS + 3))
     }
 
     #[inline(always)]
@@ -150,6 +157,28 @@ pub struct Leaves {
 }
 
 impl Leaves {
+    /// Many blocks at once: runs of `numbers` of one kind each, the kinds in their order. An index counts the runs of
+    /// its kind.
+    pub fn of<S: Source>(source: &S, numbers: &[u32], runs: &[Range<usize>]) -> Leaves {
+        let mut rest = runs;
+        let mut next = |held: Held| {
+            let (of_kind, others) = rest.split_at(rest.partition_point(|run| source.held(numbers[run.start]) <= held));
+            rest = others;
+            of_kind.par_iter().with_min_len(256).map(|run| {
+                let mut block = [u32::MAX; LANES];
+                block[..run.len()].copy_from_slice(&numbers[run.clone()]);
+                (block, run.len())
+            })
+        };
+        Leaves {
+            triangles: next(Held::Triangles).map(|(block, count)| Triangles::new(source, block, count)).collect(),
+            spheres: next(Held::Spheres).map(|(block, count)| Spheres::new(source, block, count)).collect(),
+            boxes: next(Held::Boxes).map(|(block, count)| Boxes::new(source, block, count)).collect(),
+            cones: next(Held::Cones).map(|(block, count)| Cones::new(source, block, count)).collect(),
+            lists: next(Held::List).map(|(block, _)| block).collect(),
+        }
+    }
+
     pub fn bytes(&self) -> usize {
         size_of_val(&self.triangles[..])
             + size_of_val(&self.spheres[..])
@@ -281,6 +310,7 @@ impl Leaves {
 }
 
 /// Puts a vector into one lane of three columns.
+#[inline]
 fn put(to: &mut [[f32; LANES]; 3], lane: usize, v: Vec3) {
     (0..3).for_each(|axis| to[axis][lane] = v[axis]);
 }
@@ -289,9 +319,9 @@ impl Triangles {
     fn new<S: Source>(source: &S, numbers: [u32; LANES], count: usize) -> Self {
         let mut block = Triangles { corners: [[[f32::NAN; LANES]; 3]; 3], numbers };
         for (lane, n) in numbers.iter().enumerate().take(count) {
-            let corners = source.corners(*n);
+            let (corners, marked) = source.triangle(*n);
             (0..3).for_each(|corner| put(&mut block.corners[corner], lane, corners[corner]));
-            block.numbers[lane] = source.marked(*n);
+            block.numbers[lane] = marked;
         }
         block
     }
@@ -358,11 +388,20 @@ pub trait Source: Sync {
     fn bounds(&self, number: u32) -> Bounds;
     fn held(&self, number: u32) -> Held;
     fn corners(&self, number: u32) -> [Vec3; 3];
+    /// Corners of a triangle, and its number as a leaf keeps it.
+    fn triangle(&self, number: u32) -> ([Vec3; 3], u32);
     /// The number as a leaf keeps it.
     fn marked(&self, number: u32) -> u32;
     fn sphere(&self, number: u32) -> [f32; 4];
     fn aabox(&self, number: u32) -> [Vec3; 2];
     fn cone(&self, number: u32) -> Frustum;
+}
+
+/// A number with what its sides are marked by.
+fn mark(number: u32, tag: Tag) -> u32 {
+    let front = if tag.sides.shows(true) { 0 } else { NO_FRONT };
+    let back = if tag.sides.shows(false) { 0 } else { NO_BACK };
+    number | front | back
 }
 
 impl Source for Geometry {
@@ -375,11 +414,12 @@ impl Source for Geometry {
     fn corners(&self, number: u32) -> [Vec3; 3] {
         self.corners(number)
     }
+    fn triangle(&self, number: u32) -> ([Vec3; 3], u32) {
+        let (corners, tag) = self.tagged_triangle(number);
+        (corners, mark(number, tag))
+    }
     fn marked(&self, number: u32) -> u32 {
-        let sides = self.tag(number).sides;
-        let front = if sides.shows(true) { 0 } else { NO_FRONT };
-        let back = if sides.shows(false) { 0 } else { NO_BACK };
-        number | front | back
+        mark(number, self.tag(number))
     }
     fn sphere(&self, number: u32) -> [f32; 4] {
         self.sphere(number)
@@ -401,6 +441,9 @@ impl Source for Model {
     }
     fn corners(&self, number: u32) -> [Vec3; 3] {
         self.corners(number)
+    }
+    fn triangle(&self, number: u32) -> ([Vec3; 3], u32) {
+        (self.corners(number), number)
     }
     fn marked(&self, number: u32) -> u32 {
         number
