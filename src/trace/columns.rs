@@ -30,6 +30,11 @@ impl<const N: usize> Columns<N> {
         self.len
     }
 
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
     pub fn clear(&mut self) {
         self.len = 0;
     }
@@ -156,7 +161,7 @@ impl Rays {
 
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
-        self.0.len() == 0
+        self.0.is_empty()
     }
 
     pub fn clear(&mut self) {
@@ -238,7 +243,7 @@ impl Hits {
 
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
-        self.0.len() == 0
+        self.0.is_empty()
     }
 
     #[inline(always)]

@@ -73,7 +73,7 @@ fn walks(c: &mut Criterion) {
         let accelerator = Accelerator::build(&geometry, choice, 1.0);
         let mut worker = Worker::default();
         group.bench_function(format!("{}, one by one", accelerator.name()), |b| {
-            b.iter(|| rays.iter().filter(|ray| accelerator.closest(&geometry, &ray, &mut worker).is_some()).count());
+            b.iter(|| rays.iter().filter(|ray| accelerator.closest(&geometry, ray, &mut worker).is_some()).count());
         });
         let mut hits = Hits::default();
         group.bench_function(format!("{}, together", accelerator.name()), |b| {

@@ -329,10 +329,10 @@ impl Kernel for Start<'_> {
     fn run<L: Wide>(self) {
         let Start { view, samples, buffers } = self;
         let cone = Cone { width: 0.0, spread: view.camera.spread() / view.settings.strata as f32 };
-        for first in (0..samples.len()).step_by(LANES) {
+        for first in (0..samples.count()).step_by(LANES) {
             let mut which = [0; LANES];
             for (i, sample) in which.iter_mut().enumerate() {
-                *sample = (first + i).min(samples.len() - 1) as u32;
+                *sample = (first + i).min(samples.count() - 1) as u32;
             }
             let eight = samples.eight(which, [Node::CAMERA; LANES]);
             let mut square = [[0.5; LANES]; 2];
@@ -354,7 +354,7 @@ impl Kernel for Start<'_> {
                 lens = eight.stratified(Domain::Lens);
             }
             let (origin, direction) = view.camera.aim([L::load(&place[0]), L::load(&place[1])], lens);
-            buffers.start(origin, direction, cone, &lots[..LANES.min(samples.len() - first)]);
+            buffers.start(origin, direction, cone, &lots[..LANES.min(samples.count() - first)]);
         }
     }
 }

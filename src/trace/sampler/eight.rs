@@ -33,7 +33,7 @@ impl<'a> Set<'a> {
         Set { all, numbers, digits: first.digits }
     }
 
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.all.len()
     }
 
@@ -100,12 +100,12 @@ impl Eight<'_> {
     #[inline(always)]
     pub fn onward(&self, to: fn(Node) -> Node) -> [Node; LANES] {
         let (mut from, mut next) = (self.nodes[0], to(self.nodes[0]));
-        let mut nodes = [next; LANES];
-        for i in 1..LANES {
-            if self.nodes[i] != from {
-                (from, next) = (self.nodes[i], to(self.nodes[i]));
+        let mut nodes = self.nodes;
+        for node in &mut nodes {
+            if *node != from {
+                (from, next) = (*node, to(*node));
             }
-            nodes[i] = next;
+            *node = next;
         }
         nodes
     }
