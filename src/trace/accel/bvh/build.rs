@@ -1,12 +1,13 @@
 //! Building a tree: surface area heuristic over bins, top down (Wald 2007), the same tree on any number of threads.
 //!
-//! Ranges of references are split in two until a node has eight children, the one with the largest surface first, so
+//! Ranges of references are split in two down to leaves, of which nodes of eight children are made ([`collapse`]). Above
+//! what one thread builds, ranges are split until a node has eight children, the one with the largest surface first, so
 //! that what a wide node skips is the least likely to be met. Costs count leaves in blocks of eight, which fills them.
 
 use glam::Vec4;
 use rayon::prelude::*;
 
-use super::{Child, Held, LANES, Leaves, Node, Source, Tree};
+use super::{Child, Held, LANES, Leaves, Node, Source, Tree, collapse};
 use crate::trace::geometry::Bounds;
 
 /// Slices of an axis among which a split is chosen. Eight of the longest axis alone, for trees that last one frame, build
@@ -127,13 +128,17 @@ impl<'a> Range<'a> {
         Range { refs, bounds, middles }
     }
 
+    pub fn into_refs(self) -> &'a [Ref] {
+        self.refs
+    }
+
     fn mixed(&self) -> bool {
         self.refs.iter().any(|r| r.held() != self.refs[0].held())
     }
 
     /// Whether it can be one leaf: a block, or one of what has no blocks. To carry a ray into an instance costs more
     /// than a node, so that each has a box of its own.
-    fn is_leaf(&self, block: usize) -> bool {
+    pub fn is_leaf(&self, block: usize) -> bool {
         let most = if self.refs[0].held() == Held::List as u32 { 1 } else { block };
         self.refs.len() <= most && !self.mixed()
     }
@@ -154,7 +159,7 @@ pub fn cost(around: &Extent, count: usize, block: usize) -> f32 {
 }
 
 /// Where primitives fall along each axis.
-struct Bins {
+pub struct Bins {
     count: usize,
     base: Vec4,
     scale: Vec4,
@@ -244,7 +249,8 @@ impl Bins {
     }
 }
 
-fn split<'a>(range: Range<'a>, block: usize, bins: &mut Bins, depth: usize) -> [Range<'a>; 2] {
+/// The cheapest halves of a range.
+pub fn split<'a>(range: Range<'a>, block: usize, bins: &mut Bins, depth: usize) -> [Range<'a>; 2] {
     if range.refs.len() <= LANES && range.mixed() {
         return by_kind(range);
     }
@@ -331,7 +337,9 @@ where
     if range.is_leaf(block) {
         return ((ground.leaf)(range.refs, &mut tree.leaves), 0);
     }
-    let parallel = range.refs.len() > FORK;
+    if range.refs.len() <= FORK {
+        return collapse::grow(ground, range, tree, bins, depth);
+    }
     let mut ranges = Vec::with_capacity(LANES);
     ranges.push(range);
     while ranges.len() < LANES {
@@ -346,30 +354,19 @@ where
     let mut node = Node::EMPTY;
     ranges.iter().enumerate().for_each(|(i, range)| node.put(i, range.bounds, Child::NONE));
     tree.nodes.push(node);
+    let grown: Vec<_> = ranges
+        .into_par_iter()
+        .map(|range| {
+            let mut branch = Tree::empty(tree.bounds);
+            let child = grow(ground, range, &mut branch, &mut Bins::new(), depth + 1);
+            (branch, child)
+        })
+        .collect();
+    tree.reserve(&grown.iter().map(|(branch, _)| branch).collect::<Vec<_>>());
     let mut deepest = 0;
-    let mut set = |tree: &mut Tree, i: usize, (child, depth): (Child, usize)| {
-        tree.nodes[at].children[i] = child;
-        deepest = deepest.max(depth);
-    };
-    if parallel {
-        let grown: Vec<_> = ranges
-            .into_par_iter()
-            .map(|range| {
-                let mut branch = Tree::empty(tree.bounds);
-                let child = grow(ground, range, &mut branch, &mut Bins::new(), depth + 1);
-                (branch, child)
-            })
-            .collect();
-        tree.reserve(&grown.iter().map(|(branch, _)| branch).collect::<Vec<_>>());
-        for (i, (branch, (child, below))) in grown.into_iter().enumerate() {
-            let child = tree.graft(branch, child);
-            set(tree, i, (child, below));
-        }
-    } else {
-        for (i, range) in ranges.into_iter().enumerate() {
-            let child = grow(ground, range, tree, bins, depth + 1);
-            set(tree, i, child);
-        }
+    for (i, (branch, (child, below))) in grown.into_iter().enumerate() {
+        tree.nodes[at].children[i] = tree.graft(branch, child);
+        deepest = deepest.max(below);
     }
     (Child::new(Held::Node, 1, at), deepest + 1)
 }

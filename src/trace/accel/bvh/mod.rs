@@ -9,6 +9,7 @@
 //! answers as brute force does; that alone lets their arithmetic differ from one processor to the next.
 
 mod build;
+mod collapse;
 mod curve;
 mod fast;
 mod packet;
