@@ -370,7 +370,7 @@ pub enum Width {
     /// Two registers of four.
     #[cfg(target_arch = "x86_64")]
     Sse2,
-    /// One register of eight; needs AVX2 and FMA.
+    /// One register of eight; needs AVX2 and what comes with it on all processors: FMA, BMI and POPCNT.
     #[cfg(target_arch = "x86_64")]
     Avx2,
 }

@@ -67,8 +67,7 @@ fn weigh(twig: &mut Twig, first: &[f32; LANES], second: &[f32; LANES]) {
         }
     }
     twig.costs[0] = twig.around.half_area() + best;
-    for count in 1..LANES {
-        let (cost, share) = divided[count];
+    for (count, (cost, share)) in divided.into_iter().enumerate().skip(1) {
         let cheaper = cost < twig.costs[count - 1];
         twig.costs[count] = if cheaper { cost } else { twig.costs[count - 1] };
         twig.shares[count] = if cheaper { share } else { 0 };
