@@ -30,12 +30,16 @@ pub struct Ref {
     pub high: Vec4,
 }
 
+/// What makes a number of less than 30 bits one that is not subnormal as a float: to multiply such, which happens to the
+/// fourth coordinate beside the others, took a third of a build.
+const NORMAL: u32 = 1 << 30;
+
 impl Ref {
     #[inline]
     pub fn new(bounds: Extent, number: u32, held: Held) -> Self {
         let (mut low, mut high) = (bounds.low, bounds.high);
-        low.w = f32::from_bits(number);
-        high.w = f32::from_bits(held as u32);
+        low.w = f32::from_bits(number | NORMAL);
+        high.w = f32::from_bits(held as u32 | NORMAL);
         Ref { low, high }
     }
 
@@ -46,12 +50,12 @@ impl Ref {
 
     #[inline]
     pub fn number(&self) -> u32 {
-        self.low.w.to_bits()
+        self.low.w.to_bits() & !NORMAL
     }
 
     #[inline]
     pub fn held(&self) -> u32 {
-        self.high.w.to_bits()
+        self.high.w.to_bits() & !NORMAL
     }
 
     #[inline]

@@ -3,7 +3,7 @@
 //! Eight boxes are tested at once, and a leaf holds a block of up to eight primitives of one kind that are tested at
 //! once (see [`super::leaves`]); kinds without blocks are listed and tested one by one. A [`Model`] has a tree of its
 //! own, into which the ray is carried by its instances. Where primitives only moved, boxes are fitted to them instead
-//! of building again ([`refit`]); where few rays are expected, a tree is built in less than half the time ([`fast`]).
+//! of building again ([`refit`]); where few rays are expected, a tree is built in three fifths of the time ([`fast`]).
 //!
 //! Boxes are tested with a margin by more than the tests of primitives err, so that no hit is ever lost and the tree
 //! answers as brute force does; that alone lets their arithmetic differ from one processor to the next.
@@ -80,11 +80,11 @@ pub struct Bvh {
 
 /// How many rays a primitive repay a build at full quality.
 ///
-/// Measured with the `rays` bench on one thread of a busy machine, with 874 k triangles: a full build takes 0.8
-/// microseconds a primitive and a fast one 0.35; a diffuse ray takes 0.32 in the full tree and about 0.04 more in the
-/// fast one, so that the two are even at about 11 rays a primitive. It is full quality from somewhat fewer on: rays are
-/// expected with less certainty than primitives, and other rays lose more.
-const REPAY: f64 = 8.0;
+/// Measured with the `rays` bench on one thread, with 874 k triangles: a full build takes 0.64 microseconds a primitive
+/// and a fast one 0.37; a diffuse ray takes 0.32 in the full tree and about 0.04 more in the fast one, so that the two are
+/// even at about 7 rays a primitive. It is full quality from somewhat fewer on: rays are expected with less certainty than
+/// primitives, and other rays lose more.
+const REPAY: f64 = 5.0;
 
 /// Whether that many rays, all that are expected to go through a tree while it lasts, repay a build at full quality over
 /// a fast one. A question of what is to be drawn, never of threads or of time that was measured.
