@@ -7,13 +7,14 @@
 //! # What was found
 //!
 //! Measured with the `rays` bench on one thread of a Zen 3, in turns with Embree 3.13; in millions of rays a second,
-//! Embree's single rays / its packets of eight / the tree here:
+//! Embree's single rays / its packets of eight / the tree here, the median of three (they differed by up to a half on
+//! that machine, which others used too):
 //!
 //! | | primary | diffuse bounce | shadow |
 //! |---|---|---|---|
-//! | bunny, 69 k triangles | 13 / 31 / 31 | 9.0 / 10 / 7.3 | 14 / 20 / 12 |
-//! | blob, 874 k triangles | 9.7 / 13 / 17 | 5.6 / 5.6 / 3.0 | 8.6 / 11 / 6.8 |
-//! | bunny in a stadium | 6.9 / 20 / 20 | 6.3 / 6.9 / 3.4 | 13 / 31 / 21 |
+//! | bunny, 69 k triangles | 13 / 29 / 21 | 9.1 / 10 / 5.8 | 14 / 20 / 12 |
+//! | blob, 874 k triangles | 9.7 / 13 / 17 | 5.6 / 5.6 / 3.0 | 8.6 / 11 / 6.2 |
+//! | bunny in a stadium | 6.9 / 19 / 14 | 6.3 / 6.9 / 3.3 | 12 / 25 / 21 |
 //!
 //! Spheres, before rays lay in columns, against a build of Embree that picked AVX-512:
 //!
