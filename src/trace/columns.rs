@@ -237,16 +237,6 @@ impl Hits {
     }
 
     #[inline(always)]
-    pub fn len(&self) -> usize {
-        self.0.len()
-    }
-
-    #[inline(always)]
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
-    #[inline(always)]
     pub fn get(&self, i: usize) -> Option<Hit> {
         let [t, u, v, primitive, element] = self.0.row(i);
         let (primitive, element) = (primitive.to_bits(), element.to_bits());
@@ -255,7 +245,7 @@ impl Hits {
 
     /// How many met something.
     pub fn found_count(&self) -> u64 {
-        (0..self.len()).filter(|i| self.primitive(*i) != NOTHING).count() as u64
+        (0..self.0.len()).filter(|i| self.primitive(*i) != NOTHING).count() as u64
     }
 
     /// Distances, parameters, and bits of primitives and elements of eight from number `i` on.
@@ -290,7 +280,7 @@ impl Hits {
     }
 
     pub fn iter(&self) -> impl Iterator<Item = Option<Hit>> + '_ {
-        (0..self.len()).map(|i| self.get(i))
+        (0..self.0.len()).map(|i| self.get(i))
     }
 
     #[inline(always)]

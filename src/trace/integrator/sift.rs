@@ -31,7 +31,7 @@ impl Kernel for Sift<'_> {
             if lamps {
                 let end = L::select(found, hits.distances(first), L::splat(f32::INFINITY));
                 let (origin, direction) = (wave.rays().origins(first), wave.rays().directions(first));
-                for lamp in view.lights.met(camera) {
+                for (_, lamp) in view.lights.met(camera) {
                     odd = L::either(odd, lamp.crossed(origin, direction, end).1);
                 }
             }

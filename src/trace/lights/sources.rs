@@ -228,22 +228,19 @@ impl Lights {
         self.emitters.get(light - self.lamps.len()).map_or(self.surround_pass, |emitter| emitter.pass)
     }
 
-    /// Lamps that rays meet, or those of the camera.
+    /// Lamps that rays meet, or those of the camera, with their numbers.
     #[inline(always)]
-    pub fn met(&self, camera: bool) -> impl Iterator<Item = &Light> {
-        self.surfaces.iter().map(|i| &self.lamps[*i as usize]).filter(move |lamp| lamp.visible || !camera)
+    pub fn met(&self, camera: bool) -> impl Iterator<Item = (usize, &Light)> {
+        let lamps = self.surfaces.iter().map(|i| (*i as usize, &self.lamps[*i as usize]));
+        lamps.filter(move |(_, lamp)| lamp.visible || !camera)
     }
 
     /// Every lamp that a ray crosses before it ends: radiance, distance, density of [`Self::sample`], and its pass.
     #[inline]
     pub fn crossed(&self, ray: &Ray, camera: bool, mut found: impl FnMut(Vec3, f32, f32, u32)) {
-        for i in &self.surfaces {
-            let lamp = &self.lamps[*i as usize];
-            if camera && !lamp.visible {
-                continue;
-            }
+        for (i, lamp) in self.met(camera) {
             if let Some(t) = lamp.crossing(ray) {
-                let asked = self.asked.chance(*i as usize) * self.earthly() * lamp.pdf(ray.direction, t);
+                let asked = self.asked.chance(i) * self.earthly() * lamp.pdf(ray.direction, t);
                 found(lamp.radiance(), t, asked, lamp.pass);
             }
         }
