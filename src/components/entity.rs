@@ -6,26 +6,57 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use glam::DVec3;
 use serde::de::{Error as _, MapAccess, Visitor};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::*;
+use crate::base::digest::Digest;
+
+/// What a kind of component does for its entity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// It decides where the entity stands.
+    Placement,
+    /// It is a surface that rays can meet; see [`Shape`].
+    Shape,
+    /// It decides what surfaces of the entity look like.
+    Surface,
+    /// It is a light without a surface.
+    Light,
+}
+
+/// A type of component, for access by type.
+pub trait ComponentType: Into<Component> {
+    /// The kind of its components.
+    const KIND: Kind;
+    /// The component as this type, if it is one.
+    fn of(component: &Component) -> Option<&Self>;
+}
 
 /// Declares every kind of component that an entity can carry, once.
 macro_rules! components {
-    ($( $name:ident : $variant:ident ),* $(,)?) => {
+    ($( $name:ident : $variant:ident is $role:ident ),* $(,)?) => {
         /// A component by its name in RON and Rhai.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Kind { $( $variant ),* }
 
         impl Kind {
+            /// All kinds, in the order of the enum.
             pub const ALL: &'static [Kind] = &[$( Kind::$variant ),*];
+            /// Their names, in the same order.
             pub const NAMES: &'static [&'static str] = &[$( stringify!($name) ),*];
 
+            /// The name in RON and Rhai.
             pub fn name(self) -> &'static str {
                 match self { $( Kind::$variant => stringify!($name) ),* }
             }
+            /// What a component of this kind does for its entity.
+            pub fn role(self) -> Role {
+                match self { $( Kind::$variant => Role::$role ),* }
+            }
+            /// The kind of a name, if there is one.
             pub fn parse(name: &str) -> Option<Kind> {
                 match name { $( stringify!($name) => Some(Kind::$variant), )* _ => None }
             }
@@ -48,6 +79,7 @@ macro_rules! components {
         pub enum Component { $( $variant($variant) ),* }
 
         impl Component {
+            /// Which kind it is.
             pub fn kind(&self) -> Kind {
                 match self { $( Component::$variant(_) => Kind::$variant ),* }
             }
@@ -55,14 +87,26 @@ macro_rules! components {
             pub fn record(&self) -> &dyn Record {
                 match self { $( Component::$variant(c) => c ),* }
             }
+            /// As [`Self::record`], to change them.
             pub fn record_mut(&mut self) -> &mut dyn Record {
                 match self { $( Component::$variant(c) => c ),* }
+            }
+            /// The surface that it is, if it is one.
+            pub fn shape(&self) -> Option<&dyn Shape> {
+                match self { $( Component::$variant(c) => shape_of!($role c) ),* }
             }
         }
 
         $( impl From<$variant> for Component {
             fn from(c: $variant) -> Component {
                 Component::$variant(c)
+            }
+        }
+
+        impl ComponentType for $variant {
+            const KIND: Kind = Kind::$variant;
+            fn of(component: &Component) -> Option<&Self> {
+                if let Component::$variant(c) = component { Some(c) } else { None }
             }
         } )*
 
@@ -74,29 +118,55 @@ macro_rules! components {
     };
 }
 
-/// Hands the list of all kinds, `name: Type`, to another macro; the list stands only here.
+/// A component as a shape, if its role is that of one.
+macro_rules! shape_of {
+    (Shape $component:ident) => {
+        Some($component as &dyn Shape)
+    };
+    ($role:ident $component:ident) => {{
+        let _ = $component;
+        None
+    }};
+}
+
+/// Hands the list of all kinds, `name: Type is Role`, to another macro; the list stands only here.
 macro_rules! every_kind {
     ($then:ident) => {
         $then! {
-            transform: Transform,
-            motion: Motion,
-            sphere: Sphere,
-            triangle: Triangle,
-            plane: Plane,
-            aabox: AABox,
-            cylinder: Cylinder,
-            cone: Cone,
-            mesh: Mesh,
-            material: MaterialName,
-            texture: Texture,
-            point_light: PointLight,
-            area_light: AreaLight,
+            transform: Transform is Placement,
+            motion: Motion is Placement,
+            sphere: Sphere is Shape,
+            triangle: Triangle is Shape,
+            plane: Plane is Shape,
+            aabox: AABox is Shape,
+            cylinder: Cylinder is Shape,
+            cone: Cone is Shape,
+            mesh: Mesh is Shape,
+            material: MaterialName is Surface,
+            texture: Texture is Surface,
+            point_light: PointLight is Light,
+            area_light: AreaLight is Light,
         }
     };
 }
 pub(crate) use every_kind;
 
 every_kind!(components);
+
+impl Component {
+    /// The digest of the data behind its fields of class [`FieldClass::Data`], if it has some.
+    pub fn data_digest(&self) -> Option<Digest> {
+        Mesh::of(self).map(|mesh| mesh.data.digest())
+    }
+
+    /// The colour of the light that it emits, linear, if it is a light.
+    pub fn light_color(&self) -> Option<DVec3> {
+        let record = self.record();
+        let mut fields = record.fields().iter().zip(record.classes());
+        let (field, _) = fields.find(|(_, class)| **class == FieldClass::EmittedColor)?;
+        DVec3::from_value(&record.get(field)?).ok().filter(|_| self.kind().role() == Role::Light)
+    }
+}
 
 /// One entity: a name, tags, and at most one component of each kind, in the order of [`Kind::ALL`].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -127,8 +197,14 @@ impl EntityDesc {
         self.components
     }
 
+    /// The component of a kind, if the entity has it.
     pub fn get(&self, kind: Kind) -> Option<&Component> {
         self.components.iter().find(|c| c.kind() == kind)
+    }
+
+    /// The component of a type, if the entity has it.
+    pub fn component<T: ComponentType>(&self) -> Option<&T> {
+        self.components.iter().find_map(T::of)
     }
 
     /// Adds a component, in place of one of the same kind.
@@ -319,7 +395,6 @@ pub enum Edit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
 
     #[test]
     fn an_entity_keeps_one_component_of_a_kind_in_order() {
@@ -349,6 +424,9 @@ mod tests {
             assert_eq!(Kind::parse(kind.name()), Some(*kind));
             let component = kind.default_component();
             assert_eq!(component.kind(), *kind);
+            assert_eq!(component.shape().is_some(), kind.role() == Role::Shape);
+            assert_eq!(component.light_color().is_some(), kind.role() == Role::Light);
+            assert_eq!(component.record().classes().len(), kind.fields().len());
             for field in kind.fields() {
                 assert!(component.record().get(field).is_some(), "{}.{field}", kind.name());
             }

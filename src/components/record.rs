@@ -5,6 +5,25 @@
 
 use super::value::{Mismatch, Value};
 
+/// What a field means to those who reuse work from frame to frame; declared with the field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FieldClass {
+    /// It decides what a frame looks like, like most fields.
+    General,
+    /// It does not show in a picture, as the choice of an accelerator.
+    Invisible,
+    /// Of the camera: its lens and focus. The other fields are where it stands and what it sees.
+    Lens,
+    /// Of the camera: when its shutter is open, which photons depend on too.
+    Shutter,
+    /// A setting of the film: what becomes of light that has reached it. Photons do not depend on it.
+    Film,
+    /// The colour of emitted light: the picture is linear in it.
+    EmittedColor,
+    /// Part of data that has a digest of its own, or the name of the file that the data were read from.
+    Data,
+}
+
 /// Why a field could not be read or set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FieldError {
@@ -25,6 +44,9 @@ pub struct Invalid {
 pub trait Record: Check {
     /// Field names in declared order.
     fn fields(&self) -> &'static [&'static str];
+    /// The class of each field, in the order of [`Self::fields`].
+    fn classes(&self) -> &'static [FieldClass];
+    /// The value of a field; `None` if there is no such field.
     fn get(&self, field: &str) -> Option<Value>;
     /// Sets a field without judging ranges; call [`Check::check`] afterwards.
     ///
@@ -40,9 +62,10 @@ pub trait Check {
     fn check(&self) -> Result<(), Invalid>;
 }
 
-/// Declares a component; every field has a default, so that a scene states only what differs.
+/// Declares a component. Every field has a default, so that a scene states only what differs, and a [`FieldClass`]:
+/// `General`, or the one after `=>`.
 macro_rules! record {
-    ($(#[$meta:meta])* pub struct $name:ident { $( $(#[$field_meta:meta])* pub $field:ident : $type:ty = $default:expr, )* }) => {
+    ($(#[$meta:meta])* pub struct $name:ident { $( $(#[$field_meta:meta])* pub $field:ident : $type:ty = $default:expr $(=> $class:ident)?, )* }) => {
         $(#[$meta])*
         #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
         #[serde(default, deny_unknown_fields)]
@@ -57,11 +80,17 @@ macro_rules! record {
         impl $name {
             /// Field names in declared order.
             pub const FIELDS: &'static [&'static str] = &[$( stringify!($field) ),*];
+            /// The class of each field, in declared order.
+            pub const CLASSES: &'static [$crate::components::FieldClass] =
+                &[$( $crate::components::record::class!($($class)?) ),*];
         }
 
         impl $crate::components::Record for $name {
             fn fields(&self) -> &'static [&'static str] {
                 Self::FIELDS
+            }
+            fn classes(&self) -> &'static [$crate::components::FieldClass] {
+                Self::CLASSES
             }
             fn get(&self, field: &str) -> Option<$crate::components::Value> {
                 match field {
@@ -97,6 +126,17 @@ macro_rules! record {
     };
 }
 pub(crate) use record;
+
+/// The class of a field as `record!` was given it.
+macro_rules! class {
+    () => {
+        $crate::components::FieldClass::General
+    };
+    ($class:ident) => {
+        $crate::components::FieldClass::$class
+    };
+}
+pub(crate) use class;
 
 /// Declares a setting that is one word out of a few.
 macro_rules! choice {

@@ -125,7 +125,7 @@ impl Texture {
         self.turbulence.unwrap_or(match self.pattern {
             Some(Pattern::Marble) => 0.5,
             Some(Pattern::Wood) => 0.1,
-            _ => 0.0,
+            None | Some(Pattern::Checker | Pattern::Stripes | Pattern::Noise) => 0.0,
         })
     }
 
@@ -148,7 +148,7 @@ impl Check for Texture {
             (Some(_), None) if self.layout() != Space::Uv => {
                 return fail("space", "an `image` is laid out by `Uv`; `Object` and `World` are for patterns");
             }
-            _ => {}
+            (Some(_), None) | (None, Some(_)) => {}
         }
         let most = if self.pattern == Some(Pattern::Checker) { 2 } else { limits::PATTERN_COLORS };
         if !(2..=most).contains(&self.colors.len()) {

@@ -1,5 +1,6 @@
 //! What a field can hold while it travels between RON, Rhai and the component structs.
 
+use std::fmt;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -42,6 +43,30 @@ impl Value {
             Value::Int(i) => Some(*i as f64),
             Value::Number(x) => Some(*x),
             _ => None,
+        }
+    }
+}
+
+/// The value on one line without spaces, but for those in texts: `[1,2,3]`, `"a b"`, `{a=1}`; texts of one word stand
+/// without quotes.
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Unit => f.write_str("none"),
+            Value::Bool(b) => write!(f, "{b}"),
+            Value::Int(i) => write!(f, "{i}"),
+            Value::Number(x) => write!(f, "{x}"),
+            Value::Text(t) if t.chars().all(|c| c.is_alphanumeric() || "_-./".contains(c)) => f.write_str(t),
+            Value::Text(t) => write!(f, "{t:?}"),
+            Value::Vec3(v) => write!(f, "[{},{},{}]", v.x, v.y, v.z),
+            Value::List(items) => {
+                let items: Vec<String> = items.iter().map(Value::to_string).collect();
+                write!(f, "[{}]", items.join(","))
+            }
+            Value::Map(entries) => {
+                let entries: Vec<String> = entries.iter().map(|(key, value)| format!("{key}={value}")).collect();
+                write!(f, "{{{}}}", entries.join(","))
+            }
         }
     }
 }

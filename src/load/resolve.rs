@@ -91,7 +91,7 @@ fn references(scene: &Scene, problems: &mut Vec<Problem>) {
     }
     let materials: FxHashSet<&str> = scene.materials.iter().map(|(name, _)| &**name).collect();
     for (i, desc) in scene.entities.iter().enumerate() {
-        if let Some(Component::MaterialName(material)) = desc.get(Kind::MaterialName)
+        if let Some(material) = desc.component::<MaterialName>()
             && !materials.contains(&*material.0)
         {
             let help = suggestion(&material.0, scene.materials.iter().map(|(name, _)| &**name));
@@ -118,10 +118,7 @@ fn references(scene: &Scene, problems: &mut Vec<Problem>) {
 }
 
 fn parent(desc: &EntityDesc) -> Option<&str> {
-    match desc.get(Kind::Transform) {
-        Some(Component::Transform(transform)) => transform.parent.as_deref(),
-        _ => None,
-    }
+    desc.component::<Transform>().and_then(|transform| transform.parent.as_deref())
 }
 
 /// Chains of parents that lead back to themselves or on for too long; each is reported once.

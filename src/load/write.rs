@@ -57,13 +57,13 @@ fn line<T: Serialize + ?Sized>(value: &T) -> String {
 
 fn rebased<'a>(desc: &'a EntityDesc, rebase: &impl Fn(&Text) -> Text) -> std::borrow::Cow<'a, EntityDesc> {
     let mut desc = std::borrow::Cow::Borrowed(desc);
-    if let Some(Component::Mesh(mesh)) = desc.get(Kind::Mesh)
+    if let Some(mesh) = desc.component::<Mesh>()
         && let Some(file) = &mesh.file
     {
         let moved = Mesh { file: Some(rebase(file)), ..mesh.clone() };
         desc.to_mut().put(moved.into());
     }
-    if let Some(Component::Texture(texture)) = desc.get(Kind::Texture) {
+    if let Some(texture) = desc.component::<Texture>() {
         let moved = Texture { image: texture.image.as_ref().map(rebase), ..texture.clone() };
         desc.to_mut().put(moved.into());
     }

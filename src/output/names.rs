@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use super::format::{FORMATS, Format};
+
 /// Where pictures go.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Target {
@@ -39,12 +41,13 @@ impl Target {
 /// # Errors
 /// What is wrong with `-o`, and what to write instead.
 pub fn resolve(out: Option<&str>, name: &str, sequence: bool, frames: usize) -> Result<Target, String> {
+    let usual = FORMATS[0].extensions[0];
     let in_folder = |folder: &str| {
         let folder = folder.trim_end_matches(['/', '\\']);
         let file = Path::new(folder).join(name).to_string_lossy().into_owned();
         match sequence {
-            true => Target::Pattern { before: format!("{file}."), digits: 4, after: ".png".into() },
-            false => Target::File(format!("{file}.png").into()),
+            true => Target::Pattern { before: format!("{file}."), digits: 4, after: format!(".{usual}") },
+            false => Target::File(format!("{file}.{usual}").into()),
         }
     };
     let Some(out) = out else {
@@ -60,7 +63,7 @@ pub fn resolve(out: Option<&str>, name: &str, sequence: bool, frames: usize) -> 
     });
     if let Some((start, digits)) = hashes {
         let (before, after) = (&out[..start], &out[start + digits..]);
-        let after = if after.contains('.') { after.to_string() } else { format!("{after}.png") };
+        let after = if after.contains('.') { after.to_string() } else { format!("{after}.{usual}") };
         return known(&after).map(|()| Target::Pattern { before: before.to_string(), digits, after: after.clone() });
     }
     if Path::new(out).extension().is_none() || Path::new(out).is_dir() || out.ends_with('/') {
@@ -68,26 +71,18 @@ pub fn resolve(out: Option<&str>, name: &str, sequence: bool, frames: usize) -> 
     }
     known(out)?;
     if frames > 1 {
-        let (stem, ending) = out.split_at(out.len() - ".png".len());
+        let (stem, ending) = out.split_at(out.rfind('.').unwrap_or(out.len()));
         return Err(format!("-o {out}: {frames} frames need a number in their name, as in {stem}.####{ending}"));
     }
     Ok(Target::File(out.into()))
 }
 
+/// Sees to it that pictures can be written under a name.
 fn known(name: &str) -> Result<(), String> {
-    if ends_with(name, ".png") || ends_with(name, ".exr") {
-        return Ok(());
+    match Format::of_path(Path::new(name)) {
+        Some(_) => Ok(()),
+        None => Err(format!("-o: pictures are written as {}, not `{name}`", Format::known_extensions())),
     }
-    Err(format!("-o: pictures are written as .png or .exr, not `{name}`"))
-}
-
-/// Whether a file's name says that it is an OpenEXR file.
-pub fn is_exr(path: &Path) -> bool {
-    ends_with(&path.to_string_lossy(), ".exr")
-}
-
-fn ends_with(name: &str, ending: &str) -> bool {
-    name.to_lowercase().ends_with(ending)
 }
 
 #[cfg(test)]

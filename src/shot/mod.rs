@@ -193,7 +193,7 @@ impl Input {
         let fingerprints: Vec<Fingerprint> = slices.iter().map(|slice| slice.fingerprint(&self.base)).collect();
         self.with_slices(stage, frame, slices, |stage, _| {
             systems::check(stage)?;
-            target.map_or(Ok(()), |target| run::suits(&stage.settings(), &target.path(frame)))?;
+            target.map_or(Ok(()), |target| run::check_settings(&stage.settings(), &target.path(frame)))?;
             Ok(true)
         })?;
         Ok(Fingerprint::of_moments(&fingerprints))

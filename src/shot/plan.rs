@@ -13,9 +13,9 @@ use super::reuse::light_mix::{self, LightMix, LightMixes};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::digest::Digest;
 use crate::components::Scene;
-use crate::output::manifest::{Manifest, Provenance};
+use crate::output::manifest::Manifest;
 use crate::output::names::Target;
-use crate::output::{FileState, inspect};
+use crate::output::{FileState, Provenance, inspect};
 use crate::systems;
 
 /// One wanted frame.
@@ -74,7 +74,7 @@ impl PlannedFrame {
     pub fn cost(&self) -> f64 {
         match (&self.fingerprint, self.reuse) {
             (Ok(fingerprint), PlannedReuse::None | PlannedReuse::Tiles | PlannedReuse::PhotonMaps) => fingerprint.cost,
-            _ => 0.0,
+            (Ok(_), PlannedReuse::Copy | PlannedReuse::LightGroups) | (Err(_), _) => 0.0,
         }
     }
 }

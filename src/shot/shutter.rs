@@ -171,7 +171,18 @@ fn replaces(old: &Edit, new: &Edit) -> bool {
             a == b && old.kind() == new.kind()
         }
         (Edit::Tags { entity: a, .. }, Edit::Tags { entity: b, .. }) => a == b,
-        _ => false,
+        (
+            Edit::Camera(_)
+            | Edit::Render(_)
+            | Edit::Material { .. }
+            | Edit::Put { .. }
+            | Edit::Tags { .. }
+            | Edit::AddMaterial { .. }
+            | Edit::Take { .. }
+            | Edit::Spawn(_)
+            | Edit::Despawn { .. },
+            _,
+        ) => false,
     }
 }
 

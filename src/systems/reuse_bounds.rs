@@ -37,8 +37,12 @@ pub fn reuse_bounds(stage: &Stage, index: usize) -> ReuseBounds {
     let (mut place, mut mesh, mut everywhere): (Option<Place>, _, _) = (None, None, false);
     for component in Kind::ALL.iter().filter_map(|kind| get(&stage.world, entity, *kind)) {
         feed_component(&component, |_| true, &mut hasher, &mut |_, _| {});
-        match &component {
-            Component::MaterialName(name) => {
+        match component.kind().role() {
+            // Where the entity is at the moment is in its placement; what it did before is not.
+            Role::Placement => everywhere |= component.kind() == Kind::Motion,
+            Role::Light => everywhere = true,
+            Role::Surface => {
+                let Some(name) = MaterialName::of(&component) else { continue };
                 let number = stage.material_names.get(&name.0);
                 let material = number.and_then(|i| stage.world.get::<&Material>(stage.materials[*i]).ok());
                 let Some(material) = material else {
@@ -46,19 +50,17 @@ pub fn reuse_bounds(stage: &Stage, index: usize) -> ReuseBounds {
                     continue;
                 };
                 everywhere |= is_emissive(&material);
-                feed_record(&*material, |_| true, &mut hasher, &mut |_, _| {});
+                feed_record(&*material, |_, _| true, &mut hasher, &mut |_, _| {});
             }
-            Component::Mesh(shape) => mesh = Some(Arc::as_ptr(&shape.data) as usize),
-            Component::Plane(_) | Component::PointLight(_) | Component::AreaLight(_) | Component::Motion(_) => {
-                everywhere = true;
+            Role::Shape => {
+                let Some(shape) = component.shape() else { continue };
+                match shape.extent() {
+                    Extent::Empty => {}
+                    Extent::Infinite => everywhere = true,
+                    Extent::Finite => place = Some(place.unwrap_or_default().union(bounds_of(shape, &placement))),
+                }
+                mesh = mesh.or(Mesh::of(&component).map(|mesh| Arc::as_ptr(&mesh.data) as usize));
             }
-            _ => {}
-        }
-        if has_surface(&component) {
-            let turned = placement.matrix3.transpose();
-            let reach = |d: DVec3| support(&component, turned * d) + placement.translation.dot(d);
-            place =
-                Some(place.unwrap_or_default().union(Place::new(reach).wider(rounding_error(&component, &placement))));
         }
     }
     let digest = hasher.finish();
@@ -73,56 +75,19 @@ fn is_emissive(material: &Material) -> bool {
     material.emission != DVec3::ZERO
 }
 
-/// Whether it is a shape of finite size.
-fn has_surface(component: &Component) -> bool {
-    match component {
-        Component::Mesh(mesh) => !mesh.data.vertices.is_empty(),
-        Component::Sphere(_)
-        | Component::Triangle(_)
-        | Component::AABox(_)
-        | Component::Cylinder(_)
-        | Component::Cone(_) => true,
-        Component::Plane(_)
-        | Component::Transform(_)
-        | Component::Motion(_)
-        | Component::MaterialName(_)
-        | Component::Texture(_)
-        | Component::PointLight(_)
-        | Component::AreaLight(_) => false,
-    }
+/// Where rays can meet a shape of finite size.
+fn bounds_of(shape: &dyn Shape, placement: &DAffine3) -> Place {
+    let to_local = placement.matrix3.transpose();
+    let support = |d: DVec3| shape.support(to_local * d) + placement.translation.dot(d);
+    Place::new(support).wider(rounding_error(shape, placement))
 }
 
 /// How far off its place a shape may be intersected by rays in its local space, in world units: the error of `f32` grows
 /// with the distance from that space's origin.
-fn rounding_error(component: &Component, placement: &DAffine3) -> f64 {
-    let far = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]).map(|d| support(component, d).abs());
+fn rounding_error(shape: &dyn Shape, placement: &DAffine3) -> f64 {
+    let far = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]).map(|d| shape.support(d).abs());
     let stretch = placement.matrix3.to_cols_array().into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     4e-6 * stretch * far.fold(0.0, f64::max)
-}
-
-/// The support function of a shape in its local space: the greatest dot product of its points and a direction, which may
-/// have any length.
-fn support(component: &Component, along: DVec3) -> f64 {
-    let of_box = |[min, max]: [DVec3; 2]| (min * along).max(max * along).element_sum();
-    let of_disks = |ends: [(DVec3, f64); 2]| {
-        let axis = (ends[1].0 - ends[0].0).normalize_or_zero();
-        let across = (along - axis * along.dot(axis)).length();
-        ends.into_iter()
-            .map(|(center, radius)| center.dot(along) + radius.abs() * across)
-            .fold(f64::NEG_INFINITY, f64::max)
-    };
-    match component {
-        Component::Sphere(shape) => shape.center.dot(along) + shape.radius.abs() * along.length(),
-        Component::Triangle(shape) => shape.vertices.iter().map(|v| v.dot(along)).fold(f64::NEG_INFINITY, f64::max),
-        Component::AABox(shape) => of_box([shape.min.min(shape.max), shape.max.max(shape.min)]),
-        Component::Cylinder(shape) => of_disks([(shape.base, shape.radius), (shape.apex, shape.radius)]),
-        Component::Cone(shape) => of_disks([(shape.base, shape.base_radius), (shape.apex, shape.apex_radius)]),
-        Component::Mesh(mesh) => {
-            let boxes = mesh.data.boxes().iter().map(|corners| of_box(corners.map(|corner| corner.as_dvec3())));
-            boxes.fold(f64::NEG_INFINITY, f64::max)
-        }
-        _ => f64::NEG_INFINITY,
-    }
 }
 
 /// Authored indices of all entities that may differ from the base scene under these edits, which the World stands under;
@@ -193,7 +158,7 @@ mod tests {
             }
             Component::Triangle(s) => s.vertices.to_vec(),
             Component::Mesh(mesh) => mesh.data.vertices.iter().map(|v| v.as_dvec3()).collect(),
-            _ => Vec::new(),
+            other => panic!("no points of a {} are known", other.kind().name()),
         }
     }
 
@@ -214,12 +179,12 @@ mod tests {
             (Component::Mesh(Mesh { data: Arc::new(data), ..Mesh::default() }), 0.9),
         ];
         for (shape, slack) in shapes {
-            assert!(has_surface(&shape));
+            assert_eq!(shape.shape().map(Shape::extent), Some(Extent::Finite));
             for i in 0..40 {
                 let t = f64::from(i);
                 let along = DVec3::new(libm::sin(t), libm::cos(t * 1.3), libm::sin(t * 0.7 + 1.0));
                 let found = points(&shape).into_iter().map(|p| p.dot(along)).fold(f64::NEG_INFINITY, f64::max);
-                let most = support(&shape, along);
+                let most = shape.shape().unwrap().support(along);
                 assert!(found <= most + 1e-9 && most < found + slack, "{shape:?} {along} {found} {most}");
             }
         }

@@ -150,7 +150,7 @@ fn copy<T: hecs::Component + Clone + Default>(world: &World, entity: Entity) -> 
 
 /// Writes the four ways of reaching a component by its kind, once for all kinds.
 macro_rules! storage {
-    ($($name:ident : $variant:ident),* $(,)?) => {
+    ($($name:ident : $variant:ident is $role:ident),* $(,)?) => {
         pub(super) fn add(builder: &mut EntityBuilder, component: Component) {
             match component { $( Component::$variant(c) => { builder.add(c); } )* }
         }
