@@ -104,6 +104,11 @@ impl Diagnostic {
         Self::error(format!("cannot {action} {path}: {error}")).because(Cause::Io)
     }
 
+    /// Something that cannot happen has happened: a mistake of the program, which says so.
+    pub fn bug(message: impl Into<String>) -> Self {
+        Self::error(message).help("this is a mistake in anim, not in the scene")
+    }
+
     pub fn because(mut self, cause: Cause) -> Self {
         self.cause = cause;
         self

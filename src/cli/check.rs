@@ -35,7 +35,7 @@ pub fn run(arguments: CheckArguments) -> Result<Exit, Diagnostics> {
             Ok(line) => print(&line),
             Err(problems) => {
                 say(&problems);
-                worst = exit_code(&problems);
+                worst = worst.worse(exit_code(&problems));
             }
         }
     }

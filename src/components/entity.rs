@@ -129,10 +129,12 @@ macro_rules! shape_of {
     }};
 }
 
-/// Hands the list of all kinds, `name: Type is Role`, to another macro; the list stands only here.
+/// Hands the list of all kinds, `name: Type is Role`, to another macro, behind arguments of its own; the list stands only
+/// here.
 macro_rules! every_kind {
-    ($then:ident) => {
+    ($then:ident $($argument:tt)*) => {
         $then! {
+            $($argument;)*
             transform: Transform is Placement,
             motion: Motion is Placement,
             sphere: Sphere is Shape,

@@ -149,7 +149,11 @@ impl Program {
     fn call(&self, function: &str, scene: &Arc<Scene>, time: Option<(u32, f64)>) -> Result<Vec<Edit>, Diagnostics> {
         let number = time.map(|(number, _)| number);
         let seed = hash::hash_words([self.header.seed, u64::from(number.unwrap_or(0))]);
-        let handle = SceneHandle::new(Overlay::new(scene.clone(), self.index_of(scene)), seed);
+        let handle = SceneHandle::new(
+            Overlay::new(scene.clone(), self.index_of(scene)),
+            seed,
+            time.map_or(0.0, |(_, offset)| offset),
+        );
         let options = CallFnOptions::new().eval_ast(false).with_tag(handle.clone());
         let mut scope = Scope::new();
         for (name, value) in &self.constants {

@@ -8,6 +8,7 @@
 //! one frame is rendered the one before is encoded and written.
 
 mod assets;
+mod files;
 pub mod fingerprint;
 mod parts;
 pub mod plan;
@@ -193,6 +194,7 @@ impl Input {
         let fingerprints: Vec<Fingerprint> = slices.iter().map(|slice| slice.fingerprint(&self.base)).collect();
         self.with_slices(stage, frame, slices, |stage, _| {
             systems::check(stage)?;
+            files::load_images(stage)?;
             target.map_or(Ok(()), |target| run::check_settings(&stage.settings(), &target.path(frame)))?;
             Ok(true)
         })?;
@@ -211,7 +213,7 @@ fn guarded<T>(stage: &mut Stage, work: impl FnOnce(&mut Stage) -> Result<T, Diag
 fn panic_diagnostic(cause: &(dyn std::any::Any + Send)) -> Diagnostic {
     let text = cause.downcast_ref::<String>().map(String::as_str).or(cause.downcast_ref::<&str>().copied());
     let text = text.unwrap_or("no reason given");
-    Diagnostic::error(format!("the renderer failed: {text}")).help("this is a mistake in anim, not in the scene")
+    Diagnostic::bug(format!("the renderer failed: {text}"))
 }
 
 impl Shot {

@@ -199,6 +199,7 @@ fn render_frame(
     stage.set_frames_left((run.len() - index) as u32);
     let slices = input.slices(frame)?;
     input.with_slices(stage, frame, slices, |stage, share| {
+        super::files::load_all(stage)?;
         render = stage.settings();
         whole = systems::render_samples(stage, share, &mut partial, cancel, &progress)?;
         Ok(whole)
@@ -208,13 +209,12 @@ fn render_frame(
         return Ok(None);
     }
     reuse_cache.take_back(run, index, &mut partial);
-    let Some((mut films, stats)) = partial.resolve() else { return Ok(None) };
-    let Some(mix) = mix else {
-        return Ok(films.pop().map(|film| RenderedFrame { frames, film, render, stats, start }));
-    };
-    let Some((first, others)) = films.split_first() else { return Ok(None) };
+    let (films, stats) = partial.resolve()?;
+    let (first, others) = films.split_first().ok_or_else(|| Diagnostic::bug("a frame has a film at least"))?;
     let film = systems::weighted_sum(first, others, &factors);
-    reuse_cache.keep_light_groups(mix, films, &render, stats.seed, &run[index + 1..]);
+    if let Some(mix) = mix {
+        reuse_cache.keep_light_groups(mix, films, &render, stats.seed, &run[index + 1..]);
+    }
     Ok(Some(RenderedFrame { frames, film, render, stats, start }))
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 
 use super::hierarchy::Placement;
-use super::stage::{AuthoredIndex, Stage, get};
+use super::stage::{AuthoredIndex, MaterialIndex, Stage, get};
 use crate::base::digest::{Digest, Hasher};
 use crate::components::content::{feed_component, feed_record};
 use crate::components::*;
@@ -42,15 +42,12 @@ pub fn reuse_bounds(stage: &Stage, index: usize) -> ReuseBounds {
             Role::Placement => everywhere |= component.kind() == Kind::Motion,
             Role::Light => everywhere = true,
             Role::Surface => {
-                let Some(name) = MaterialName::of(&component) else { continue };
-                let number = stage.material_names.get(&name.0);
-                let material = number.and_then(|i| stage.world.get::<&Material>(stage.materials[*i]).ok());
-                let Some(material) = material else {
-                    everywhere = true;
-                    continue;
-                };
-                everywhere |= is_emissive(&material);
-                feed_record(&*material, |_, _| true, &mut hasher, &mut |_, _| {});
+                let number = stage.world.get::<&MaterialIndex>(entity).ok();
+                let number = number.filter(|_| component.kind() == MaterialName::KIND).map(|number| number.0 as usize);
+                if let Some(material) = number.and_then(|i| stage.world.get::<&Material>(stage.materials[i]).ok()) {
+                    everywhere |= is_emissive(&material);
+                    feed_record(&*material, |_, _| true, &mut hasher, &mut |_, _| {});
+                }
             }
             Role::Shape => {
                 let Some(shape) = component.shape() else { continue };
@@ -108,15 +105,15 @@ pub fn affected_entities(stage: &Stage, edits: &[Edit]) -> Option<BTreeSet<usize
         }
     }
     if !materials.is_empty() {
-        for (order, material) in stage.world.query::<(&AuthoredIndex, &MaterialName)>().iter() {
-            if stage.material_names.get(&material.0).is_some_and(|index| materials.contains(index)) {
+        for (order, material) in stage.world.query::<(&AuthoredIndex, &MaterialIndex)>().iter() {
+            if materials.contains(&(material.0 as usize)) {
                 found.insert(order.0 as usize);
             }
         }
     }
     let mut open: Vec<usize> = found.iter().copied().collect();
     while let Some(index) = open.pop() {
-        let children = stage.derived.children.get(&index).into_iter().flatten();
+        let children = stage.derived.hierarchy.children.get(&index).into_iter().flatten();
         open.extend(children.filter(|child| found.insert(**child)));
     }
     Some(found)
