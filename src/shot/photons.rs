@@ -4,11 +4,11 @@ use super::plan::Planned;
 use super::reuse::Policy;
 use crate::base::digest::Digest;
 use crate::systems::Exposure;
-use crate::trace::integrator::Shelf;
+use crate::trace::integrator::PhotonCache;
 
 /// The photons of the frame before, and the digest of all that decides them.
 #[derive(Default)]
-pub struct Photons(Option<(Digest, Shelf)>);
+pub struct Photons(Option<(Digest, PhotonCache)>);
 
 fn key(run: &[Vec<&Planned>], index: usize) -> Option<Digest> {
     run.get(index)?[0].outline.as_ref().ok()?.photons
@@ -20,7 +20,7 @@ impl Photons {
         let wanted = key(run, index).filter(|_| policy.reuse);
         let kept = self.0.take().filter(|(digest, _)| Some(*digest) == wanted).map(|(_, shelf)| shelf);
         let serves_next = wanted.is_some() && key(run, index + 1) == wanted;
-        exposure.shelf = kept.or_else(|| serves_next.then(|| Shelf::new(policy.memory << 20)));
+        exposure.shelf = kept.or_else(|| serves_next.then(|| PhotonCache::new(policy.memory << 20)));
     }
 
     /// Takes back what the next frame can use.

@@ -6,8 +6,8 @@ use hecs::World;
 use super::hierarchy::Placement;
 use super::stage::{Absent, Name, Order, Stage};
 use crate::components::{Camera, Text};
-use crate::trace::before::Before;
 use crate::trace::camera::CameraRays;
+use crate::trace::reuse::MotionVectors;
 
 /// Camera and placements of one moment. Shapes and materials of their own time do not count.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,7 @@ impl Past {
     }
 
     /// How what is in the World as it stands now has moved since, in a picture of a size.
-    pub fn seen_from(&self, stage: &Stage, size: [u32; 2]) -> Before {
+    pub fn seen_from(&self, stage: &Stage, size: [u32; 2]) -> MotionVectors {
         // Where the lens is focused does not move what its middle sees.
         let camera = CameraRays::new(&self.camera, size, 1.0);
         let now = stances(&stage.world, stage.entities.len());
@@ -43,7 +43,7 @@ impl Past {
             let map = then.placement * now.placement.inverse();
             map.is_finite().then_some((index as u32, map))
         });
-        Before::new(camera, moved)
+        MotionVectors::new(camera, moved)
     }
 }
 

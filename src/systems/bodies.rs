@@ -10,7 +10,7 @@ use super::stage::{Order, Stage, get};
 use crate::base::digest::{Digest, Hasher};
 use crate::components::content::{feed_component, feed_record};
 use crate::components::*;
-use crate::trace::footprint::Place;
+use crate::trace::reuse::Kdop;
 
 /// What an entity is to rays.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,7 +19,7 @@ pub enum Body {
     Nothing,
     Bounded {
         digest: Digest,
-        place: Place,
+        place: Kdop,
         /// Address of its mesh: how a mesh is traced depends on how many share it.
         mesh: Option<usize>,
     },
@@ -33,7 +33,7 @@ pub fn body(stage: &Stage, index: usize) -> Body {
     let placement = stage.world.get::<&Placement>(entity).map_or(DAffine3::IDENTITY, |p| p.0);
     let mut hasher = Hasher::default();
     placement.to_cols_array().into_iter().for_each(|x| hasher.number(x));
-    let (mut place, mut mesh, mut everywhere): (Option<Place>, _, _) = (None, None, false);
+    let (mut place, mut mesh, mut everywhere): (Option<Kdop>, _, _) = (None, None, false);
     for component in Kind::ALL.iter().filter_map(|kind| get(&stage.world, entity, *kind)) {
         feed_component(&component, |_| true, &mut hasher, &mut |_, _| {});
         match &component {
@@ -56,7 +56,7 @@ pub fn body(stage: &Stage, index: usize) -> Body {
         if has_surface(&component) {
             let turned = placement.matrix3.transpose();
             let reach = |d: DVec3| farthest(&component, turned * d) + placement.translation.dot(d);
-            place = Some(place.unwrap_or_default().union(Place::new(reach).wider(roundings(&component, &placement))));
+            place = Some(place.unwrap_or_default().union(Kdop::new(reach).wider(roundings(&component, &placement))));
         }
     }
     let digest = hasher.finish();

@@ -5,8 +5,8 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::hierarchy::Placement;
 use super::stage::{Absent, Order, Stage};
 use crate::components::{AreaLight, Falloff, Kind, PointLight, Render};
-use crate::trace::lights::Light;
-use crate::trace::surfacing::Surfacing;
+use crate::trace::light::Lamp;
+use crate::trace::material::ShadingParams;
 
 /// What shines and can have a pass of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -38,16 +38,16 @@ impl Passes {
         Some((place as u32 + 1, self.shiners[place].1))
     }
 
-    fn of(&self, order: Order, kind: Kind, light: Light) -> Light {
+    fn of(&self, order: Order, kind: Kind, light: Lamp) -> Lamp {
         let own = self.own(Shiner::Lamp(order.0 as usize, kind));
-        own.map_or(light, |(pass, grey)| Light { color: Vec3::splat(grey), pass, ..light })
+        own.map_or(light, |(pass, grey)| Lamp { color: Vec3::splat(grey), group: pass, ..light })
     }
 
     /// Gives materials their passes, and what they shine with there.
-    pub fn divide(&self, materials: &mut [Surfacing]) {
+    pub fn divide(&self, materials: &mut [ShadingParams]) {
         for (number, material) in materials.iter_mut().enumerate() {
             if let Some((pass, grey)) = self.own(Shiner::Material(number)) {
-                (material.emission, material.pass) = (Vec3::splat(grey), pass);
+                (material.emission, material.group) = (Vec3::splat(grey), pass);
             }
         }
     }
@@ -62,11 +62,11 @@ impl Passes {
 }
 
 /// Every light of the World; point lights are widened by the setting `light_size`.
-pub fn lights(stage: &Stage, passes: &Passes) -> Vec<Light> {
+pub fn lights(stage: &Stage, passes: &Passes) -> Vec<Lamp> {
     let world = &stage.world;
     let widened = stage.settings().light_size;
     let place = |p: Option<&Placement>| p.map_or(DAffine3::IDENTITY, |p| p.0);
-    let mut found: Vec<(Order, Kind, Light)> = Vec::new();
+    let mut found: Vec<(Order, Kind, Lamp)> = Vec::new();
     let mut points = world.query::<(&Order, &PointLight, Option<&Placement>)>().without::<&Absent>();
     for (order, light, placement) in points.iter() {
         let center = place(placement).transform_point3(light.position);
@@ -85,14 +85,14 @@ pub fn lights(stage: &Stage, passes: &Passes) -> Vec<Light> {
     lights.filter(|light| light.color != Vec3::ZERO).collect()
 }
 
-fn resolved(center: DVec3, edges: [DVec3; 2], color: DVec3, falloff: Falloff, visible: bool) -> Light {
-    Light {
+fn resolved(center: DVec3, edges: [DVec3; 2], color: DVec3, falloff: Falloff, visible: bool) -> Lamp {
+    Lamp {
         center: center.as_vec3(),
         edges: edges.map(|e| e.as_vec3()),
         normal: edges[0].cross(edges[1]).normalize_or_zero().as_vec3(),
         color: color.as_vec3(),
         inverse_square: falloff == Falloff::InverseSquare,
         visible,
-        pass: 0,
+        group: 0,
     }
 }

@@ -14,11 +14,13 @@ use crate::base::diagnostics::Diagnostics;
 use crate::components::{Integrator, Render, Transfer};
 use crate::film::{Film, FilterTable, Gather, Tally, denoise};
 use crate::load::image;
-use crate::trace::environment::{Environment, Source};
-use crate::trace::integrator::{self, Guide, Photons, Settings, Share, Shelf, View};
-use crate::trace::lights::Lights;
+use crate::trace::counters::Counters;
+use crate::trace::integrator;
+use crate::trace::integrator::{Estimator, PhotonCache, PhotonPass, ProgressiveState, SampleSubset};
+use crate::trace::light::Lights;
+use crate::trace::light::environment::{Environment, EnvironmentMap};
 use crate::trace::simd::Width;
-use crate::trace::{Counters, Worker};
+use crate::trace::wavefront::{RenderContext, Settings, Worker};
 
 /// Side of a tile in pixels: small enough to share out evenly, large enough for neighbours to share cells.
 const TILE: u32 = 16;
@@ -56,13 +58,13 @@ pub struct Exposure {
     plate: Option<Plate>,
     stats: FrameStats,
     /// Of searches for photons, once the first pass has made it.
-    guide: Option<Guide>,
+    guide: Option<ProgressiveState>,
     /// The passes that lights are divided into.
     pub passes: Passes,
     /// What is kept from picture to picture, and which of them this one is.
     pub still: Option<(Still, usize)>,
     /// Photons that are kept, and room for more of them.
-    pub shelf: Option<Shelf>,
+    pub shelf: Option<PhotonCache>,
 }
 
 /// What a frame's first share lays down for all of them.
@@ -136,7 +138,7 @@ pub fn render(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Option<(Film, FrameStats)>, Diagnostics> {
     let mut exposure = Exposure::default();
-    let whole = expose(stage, Share::WHOLE, &mut exposure, cancel, progress)?;
+    let whole = expose(stage, SampleSubset::WHOLE, &mut exposure, cancel, progress)?;
     let developed = exposure.develop().filter(|_| whole);
     Ok(developed.and_then(|(mut films, stats)| films.pop().map(|film| (film, stats))))
 }
@@ -150,7 +152,7 @@ pub fn render(
 /// As [`render`].
 pub fn expose(
     stage: &mut Stage,
-    share: Share,
+    share: SampleSubset,
     exposure: &mut Exposure,
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
@@ -177,35 +179,34 @@ pub fn expose(
     let geometry = &stage.kept.geometry;
     let lights = Lights::new(lights::lights(stage, &exposure.passes), geometry, &materials)
         .under(environment.as_ref(), geometry)
-        .surrounded_in(surround_pass);
+        .environment_in_group(surround_pass);
     let Some((_, accelerator)) = &stage.kept.accelerator else { return Ok(false) };
     let filter = FilterTable::new(settings.filter, settings.filter_width());
-    let view = View {
+    let context = RenderContext {
         geometry: &stage.kept.geometry,
         accelerator,
         materials: &materials,
         lights: &lights,
-        skins: &skins,
+        textures: &skins,
         camera: &camera,
-        before: before.as_ref(),
+        motion: before.as_ref(),
         environment: environment.as_ref(),
         settings: &resolved,
         lanes: Width::detect(),
         filter: &filter,
         width: settings.size[0],
-        passes: exposure.passes.count(),
-        lookout: None,
-        photons: None,
+        light_groups: exposure.passes.count(),
+        regions: None,
     };
     let built = Instant::now();
     let Exposure { plate, stats, guide, still, shelf, .. } = exposure;
-    let plate = plate.get_or_insert_with(|| Plate::new(&settings, &filter, view.passes));
+    let plate = plate.get_or_insert_with(|| Plate::new(&settings, &filter, context.light_groups));
     let turns = settings.turns(share.of);
     for turn in 0..turns {
-        let share = Share { index: share.index * turns + turn, of: share.of * turns };
+        let share = SampleSubset { index: share.index * turns + turn, of: share.of * turns };
         let kept = shelf.as_ref().and_then(|shelf| shelf.get(share.index));
         let sent = if settings.integrator == Integrator::Photon && kept.is_none() {
-            let sent = Photons::new(view, share.index, guide.as_ref(), cancel);
+            let sent = PhotonPass::new(context, share.index, guide.as_ref(), cancel);
             let Some((photons, counters)) = sent else { return Ok(false) };
             stats.counters += counters;
             Some(photons)
@@ -218,10 +219,10 @@ pub fn expose(
             stats.photon_maps += 1;
             stats.photon_maps_kept += usize::from(kept.is_some());
         }
-        let view = View { photons, ..view };
+        let estimator = Estimator { context, photons };
         let counters = match still {
-            None => tiles(view, share, plate, cancel, progress),
-            Some((still, picture)) => stale_tiles(view, plate, still, *picture, stats, cancel, progress),
+            None => tiles(estimator, share, plate, cancel, progress),
+            Some((still, picture)) => stale_tiles(estimator, plate, still, *picture, stats, cancel, progress),
         };
         let Some(counters) = counters else { return Ok(false) };
         stats.counters += counters;
@@ -258,7 +259,7 @@ pub fn check(stage: &mut Stage) -> Result<(), Diagnostics> {
 fn surround(stage: &mut Stage, settings: &Render, sampled: bool) -> Result<Option<Environment>, Diagnostics> {
     let Render { environment_intensity: intensity, environment_rotation: rotation, .. } = *settings;
     let Some(name) = &settings.environment else {
-        let sky = settings.sky.map(|colors| Source::Sky(colors.map(|c| c.as_vec3())));
+        let sky = settings.sky.map(|colors| EnvironmentMap::Sky(colors.map(|c| c.as_vec3())));
         return Ok(sky.map(|source| {
             let mut sky = Environment::new(source, intensity, rotation);
             if sampled {
@@ -282,7 +283,7 @@ fn surround(stage: &mut Stage, settings: &Render, sampled: bool) -> Result<Optio
 
 /// Takes again what may look otherwise than in the pictures before, and keeps the rest.
 fn stale_tiles(
-    view: View,
+    estimator: Estimator,
     plate: &mut Plate,
     still: &mut Still,
     picture: usize,
@@ -290,16 +291,18 @@ fn stale_tiles(
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Option<Counters> {
-    let settings = view.settings;
-    let draws = settings.integrator == Integrator::Path || !view.lights.emitters().is_empty();
-    let changes = still.begin(picture, view.geometry.bounds(), if draws { view.lights.chances() } else { Vec::new() });
+    let context = estimator.context;
+    let settings = context.settings;
+    let draws = settings.integrator == Integrator::Path || !context.lights.emitters().is_empty();
+    let changes =
+        still.begin(picture, context.geometry.bounds(), if draws { context.lights.chances() } else { Vec::new() });
     let samples = (settings.rounds == 1 && !settings.features).then_some(settings.strata * settings.strata);
     let pixels = |tile: usize| places(tile, plate.size).len();
     if !still.make_room(&plate.tallies, pixels, samples) {
-        return tiles(view, Share::WHOLE, plate, cancel, progress);
+        return tiles(estimator, SampleSubset::WHOLE, plate, cancel, progress);
     }
-    let (lookout, kept) = still.parts(picture);
-    let view = View { lookout: Some(lookout), ..view };
+    let (regions, kept) = still.parts(picture);
+    let estimator = Estimator { context: RenderContext { regions: Some(regions), ..context }, ..estimator };
     let size = plate.size;
     let total = plate.tallies.len();
     let done = AtomicUsize::new(0);
@@ -309,10 +312,10 @@ fn stale_tiles(
         }
         worker.start_tile();
         let again =
-            integrator::expose_again(view, &places(index, size), &changes, &mut kept.trail, &mut kept.tally, worker);
+            integrator::retrace(estimator, &places(index, size), &changes, &mut kept.trail, &mut kept.tally, worker);
         tally.clone_from(&kept.tally);
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-        Some((std::mem::take(&mut worker.counters), [again, kept.trail.len()]))
+        Some((worker.take_counters(), [again, kept.trail.len()]))
     };
     let both = plate.tallies.par_iter_mut().zip(kept.par_iter_mut()).enumerate();
     let traced: Option<Vec<_>> = both.map_init(Worker::default, trace).collect();
@@ -330,8 +333,8 @@ fn stale_tiles(
 
 /// Adds a share of all samples, each tile to the tallies of its own; gives what they cost.
 fn tiles(
-    view: View,
-    share: Share,
+    estimator: Estimator,
+    share: SampleSubset,
     plate: &mut Plate,
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
@@ -344,9 +347,9 @@ fn tiles(
             return None;
         }
         worker.start_tile();
-        integrator::expose(view, &places(index, size), share, tallies, worker);
+        integrator::render_pixels(estimator, &places(index, size), share, tallies, worker);
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, total * share.of as usize);
-        Some(std::mem::take(&mut worker.counters))
+        Some(worker.take_counters())
     };
     let tiles = plate.tallies.par_chunks_mut(plate.passes).enumerate();
     let traced: Option<Vec<_>> = tiles.map_init(Worker::default, trace).collect();

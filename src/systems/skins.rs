@@ -10,8 +10,8 @@ use super::stage::{Absent, Order, Stage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::*;
 use crate::load::image;
-use crate::trace::geometry::{Bounds, Frame, Map};
-use crate::trace::texture::{Dress, Layer, Skins};
+use crate::trace::material::texture::{TextureBindings, TextureLayer, TextureSet};
+use crate::trace::primitive::{AffineMap, Bounds, ObjectSpace};
 
 /// Every texture of the World, called for with who has it and whether it is of colours.
 fn each_texture(
@@ -54,20 +54,20 @@ pub fn read_pictures(stage: &mut Stage) -> Result<(), Diagnostics> {
 ///
 /// # Errors
 /// As [`read_pictures`].
-pub fn skins(stage: &mut Stage) -> Result<Skins, Diagnostics> {
+pub fn skins(stage: &mut Stage) -> Result<TextureBindings, Diagnostics> {
     read_pictures(stage)?;
     let stage = &*stage;
     let curved = stage.settings().transfer == Transfer::Srgb;
     let layer = |texture: &Texture, coloured: bool| {
         let picture =
             |file: &Text| stage.kept.pictures.0.get(&(file.clone(), texture.decodes(coloured && curved))).cloned();
-        Layer::new(texture, texture.image.as_ref().and_then(picture))
+        TextureLayer::new(texture, texture.image.as_ref().and_then(picture))
     };
     let of_material = |entity: &hecs::Entity| {
         let material = stage.world.get::<&Material>(*entity).ok();
-        material.map_or_else(Dress::default, |material| {
+        material.map_or_else(TextureSet::default, |material| {
             let one = |map: &Option<Box<Texture>>, coloured| map.as_deref().map(|texture| layer(texture, coloured));
-            Dress {
+            TextureSet {
                 color: one(&material.color_map, true).into_iter().collect(),
                 specular: one(&material.specular_map, true),
                 roughness: one(&material.roughness_map, false),
@@ -76,8 +76,8 @@ pub fn skins(stage: &mut Stage) -> Result<Skins, Diagnostics> {
             }
         })
     };
-    let dresses: Vec<Dress> = stage.materials.iter().map(of_material).collect();
-    let mut skins = Skins::default();
+    let dresses: Vec<TextureSet> = stage.materials.iter().map(of_material).collect();
+    let mut skins = TextureBindings::default();
     let of_material: Vec<Option<u32>> =
         dresses.iter().map(|dress| (!dress.is_empty()).then(|| skins.add(dress.clone()))).collect();
     type Parts<'q> =
@@ -96,7 +96,7 @@ pub fn skins(stage: &mut Stage) -> Result<Skins, Diagnostics> {
         let dress = match texture {
             None => material.and_then(|i| of_material[i]),
             Some(texture) => Some(*own.entry((material, format!("{texture:?}"))).or_insert_with(|| {
-                let mut dress = material.map_or_else(Dress::default, |i| dresses[i].clone());
+                let mut dress = material.map_or_else(TextureSet::default, |i| dresses[i].clone());
                 dress.color.push(layer(texture, true));
                 skins.add(dress)
             })),
@@ -109,9 +109,9 @@ pub fn skins(stage: &mut Stage) -> Result<Skins, Diagnostics> {
 }
 
 /// The local space of an entity, as `extract` has it.
-fn frame(placement: Option<&Placement>, mesh: Option<&Mesh>) -> Frame {
+fn frame(placement: Option<&Placement>, mesh: Option<&Mesh>) -> ObjectSpace {
     let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
     let bare = mesh.filter(|mesh| mesh.data.uvs.is_empty());
     let center = bare.map(|mesh: &Mesh| -> Vec3 { Bounds::around(&Arc::clone(&mesh.data).vertices).center() });
-    Frame { map: Map::new(&map), center }
+    ObjectSpace { map: AffineMap::new(&map), center }
 }

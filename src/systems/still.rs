@@ -5,15 +5,14 @@ use glam::Vec3;
 use super::bodies::Body;
 use crate::base::limits;
 use crate::film::Tally;
-use crate::trace::Geometry;
-use crate::trace::footprint::{Boxes, Change, Changes, Lookout, Place, Trail};
-use crate::trace::geometry::Bounds;
+use crate::trace::primitive::{Bounds, Geometry};
+use crate::trace::reuse::{Change, Changes, DirtyRegions, Kdop, SampleHistory, TrackedRegions};
 use crate::trace::simd::Width;
 
 /// Pictures that differ in bodies alone, as data: where each body is in each of them.
 #[derive(Debug, Default)]
 pub struct Scenes {
-    pub boxes: Boxes,
+    pub boxes: TrackedRegions,
     /// By picture and body: the number of its state; none where it is not there.
     states: Vec<Vec<Option<u32>>>,
     /// The bit that stands for a state in footprints.
@@ -24,7 +23,7 @@ pub struct Scenes {
 #[derive(Clone, Copy, Debug)]
 struct State {
     picture: usize,
-    place: Place,
+    place: Kdop,
 }
 
 impl Scenes {
@@ -75,7 +74,7 @@ impl Scenes {
         } else {
             joined(&all, bodies.len(), most)
         };
-        Some(Scenes { boxes: Boxes::new(&places), states, bits })
+        Some(Scenes { boxes: TrackedRegions::new(&places), states, bits })
     }
 
     /// Bits of the states that bodies left or took between two pictures.
@@ -104,24 +103,24 @@ fn by_size(bodies: &[Vec<Body>]) -> Vec<usize> {
 }
 
 /// Places of states by the picture that they first are in, each with others near it.
-fn joined(all: &[State], pictures: usize, most: usize) -> Vec<(Place, u64)> {
+fn joined(all: &[State], pictures: usize, most: usize) -> Vec<(Kdop, u64)> {
     let mut places = Vec::new();
     for picture in 0..pictures {
-        let mut some: Vec<Place> = all.iter().filter(|s| s.picture == picture).map(|s| s.place).collect();
+        let mut some: Vec<Kdop> = all.iter().filter(|s| s.picture == picture).map(|s| s.place).collect();
         halve(&mut some, (most / pictures).max(1), &mut |place| places.push((place, 1 << picture)));
     }
     places
 }
 
 /// Joins places to so many at most, halving them along the longest side of the box around their middles.
-fn halve(places: &mut [Place], most: usize, found: &mut impl FnMut(Place)) {
+fn halve(places: &mut [Kdop], most: usize, found: &mut impl FnMut(Kdop)) {
     if places.len() <= most {
         return places.iter().for_each(|place| found(*place));
     }
     if most == 1 {
-        return found(places.iter().fold(Place::default(), |all, place| all.union(*place)));
+        return found(places.iter().fold(Kdop::default(), |all, place| all.union(*place)));
     }
-    let middle = |place: &Place| place.bounds().center();
+    let middle = |place: &Kdop| place.bounds().center();
     let middles: Vec<_> = places.iter().map(middle).collect();
     let sides = Bounds::around(&middles).size();
     let axis = (0..3).max_by(|a, b| sides[*a].total_cmp(&sides[*b])).unwrap_or(0);
@@ -135,7 +134,7 @@ fn halve(places: &mut [Place], most: usize, found: &mut impl FnMut(Place)) {
 #[derive(Debug)]
 pub struct Kept {
     pub tally: Tally,
-    pub trail: Trail,
+    pub trail: SampleHistory,
 }
 
 /// What one picture told rays beside what they met.
@@ -168,12 +167,12 @@ impl Still {
     }
 
     /// What the rays of a picture are to look out for, and the tiles.
-    pub fn parts(&mut self, picture: usize) -> (Lookout<'_>, &mut [Kept]) {
+    pub fn parts(&mut self, picture: usize) -> (DirtyRegions<'_>, &mut [Kept]) {
         let Still { scenes, tiles, middle, .. } = self;
         let later = picture + 1..scenes.pictures();
         let live = later.fold(0, |bits, later| bits | scenes.changes(picture, later));
         let middle = middle.unwrap_or_default();
-        (Lookout { boxes: &scenes.boxes, live, middle, width: Width::detect() }, tiles)
+        (DirtyRegions { boxes: &scenes.boxes, live, middle, width: Width::detect() }, tiles)
     }
 
     /// Begins a picture: `bounds` are those of its finite primitives, `chances` what lots are drawn by.
@@ -202,13 +201,15 @@ impl Still {
     pub fn make_room(&mut self, empty: &[Tally], pixels: impl Fn(usize) -> usize, samples: Option<u32>) -> bool {
         if self.tiles.is_empty() {
             let bytes = |each: u32| -> usize {
-                let tile =
-                    |(i, tally): (usize, &Tally)| tally.bytes() + size_of::<Kept>() + Trail::bytes(pixels(i), each);
+                let tile = |(i, tally): (usize, &Tally)| {
+                    tally.bytes() + size_of::<Kept>() + SampleHistory::bytes(pixels(i), each)
+                };
                 empty.iter().enumerate().map(tile).sum()
             };
             let fits = |each: &u32| bytes(*each) <= self.memory;
             let Some(each) = samples.into_iter().chain([0]).find(fits) else { return false };
-            let tile = |(i, tally): (usize, &Tally)| Kept { tally: tally.clone(), trail: Trail::new(pixels(i), each) };
+            let tile =
+                |(i, tally): (usize, &Tally)| Kept { tally: tally.clone(), trail: SampleHistory::new(pixels(i), each) };
             self.tiles = empty.iter().enumerate().map(tile).collect();
         }
         true
@@ -228,13 +229,13 @@ mod tests {
 
     use super::*;
     use crate::base::digest::Digest;
-    use crate::trace::Ray;
-    use crate::trace::footprint::{Footprint, Mark};
+    use crate::trace::reuse::{Footprint, TouchMask};
+    use crate::trace::soa::Ray;
 
     fn ball(x: f32, look: u128) -> Body {
         let center = DVec3::X * f64::from(x);
         let digest = Digest(look << 64 | u128::from(x.to_bits()));
-        let place = Place::new(|d| d.dot(center) + 0.4 * d.length());
+        let place = Kdop::new(|d| d.dot(center) + 0.4 * d.length());
         Body::Bounded { digest, place, mesh: None }
     }
 
@@ -243,10 +244,10 @@ mod tests {
         let scenes = Scenes::new(bodies, most).unwrap();
         let mut still = Still::new(scenes, 0);
         let mut footprint = Footprint::default();
-        footprint.begin(std::iter::once(Mark::default()));
+        footprint.begin(std::iter::once(TouchMask::default()));
         let ray = Ray::new(Vec3::new(x, 9.0, 0.0), Vec3::NEG_Y);
         footprint.add(still.parts(0).0, std::iter::once((ray, 0, 20.0)));
-        let mut trail = Trail::new(1, 1);
+        let mut trail = SampleHistory::new(1, 1);
         trail.keep_samples(&[0], &[Vec3::ONE], &footprint, 0);
         still.begin(0, Bounds::default(), Vec::new());
         let mut is_same = |picture| trail.stale(&still.begin(picture, Bounds::default(), Vec::new())).is_empty();

@@ -49,22 +49,22 @@ fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
     found
 }
 
-struct Source {
-    path: PathBuf,
+pub struct Source {
+    pub path: PathBuf,
     room: String,
-    text: String,
+    pub text: String,
 }
 
 impl Source {
     /// Lines of code with their numbers: no comments, and nothing below the tests.
-    fn code(&self) -> impl Iterator<Item = (usize, &str)> {
+    pub fn code(&self) -> impl Iterator<Item = (usize, &str)> {
         let is_test_file = self.path.ends_with("tests.rs");
         let lines = self.text.lines().enumerate().take_while(move |(_, line)| !is_test_file && *line != "#[cfg(test)]");
         lines.map(|(i, line)| (i + 1, line.split("//").next().unwrap_or("")))
     }
 }
 
-fn sources() -> Vec<Source> {
+pub fn sources() -> Vec<Source> {
     let src = root().join("src");
     let read = |path: PathBuf| {
         let below = path.strip_prefix(&src).unwrap();
@@ -90,7 +90,7 @@ fn imported(line: &str) -> Vec<String> {
     names
 }
 
-fn fail_on(problems: Vec<String>) {
+pub fn fail_on(problems: Vec<String>) {
     assert!(problems.is_empty(), "\n{}", problems.join("\n"));
 }
 

@@ -1,6 +1,6 @@
 //! Eight lanes in the registers of x86-64.
 //!
-//! Soundness: SSE2 is part of x86-64. [`Avx2`] and [`AvxWords`] are only ever computed with inside [`run_avx2`], which
+//! Soundness: SSE2 is part of x86-64. [`Avx2`] and [`AvxU32x8`] are only ever computed with inside [`run_avx2`], which
 //! is entered only where the processor has what it enables.
 
 #![allow(unsafe_code, reason = "processor instructions are unsafe to call; the module says why these are sound")]
@@ -8,8 +8,8 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::words::{PlainWords, Words};
-use super::{Kernel, LANES, Lanes, PACKED, Wide};
+use super::lanes::{Kernel, LANES, Lanes, PACKED, U32x8, Wide};
+use super::plain_u32x8::PlainU32x8;
 
 pub fn has_avx2() -> bool {
     is_x86_feature_detected!("avx2")
@@ -59,6 +59,7 @@ macro_rules! operators {
         }
     )* };
 }
+
 operators!(
     Add add _mm256_add_ps _mm_add_ps,
     Sub sub _mm256_sub_ps _mm_sub_ps,
@@ -130,11 +131,11 @@ impl Lanes for Avx2 {
         Avx2(unsafe { _mm256_blendv_ps(no.0, yes.0, mask) })
     }
     #[inline(always)]
-    fn both(a: __m256, b: __m256) -> __m256 {
+    fn and(a: __m256, b: __m256) -> __m256 {
         unsafe { _mm256_and_ps(a, b) }
     }
     #[inline(always)]
-    fn either(a: __m256, b: __m256) -> __m256 {
+    fn or(a: __m256, b: __m256) -> __m256 {
         unsafe { _mm256_or_ps(a, b) }
     }
     #[inline(always)]
@@ -161,7 +162,7 @@ impl Lanes for Avx2 {
 }
 
 impl Wide for Avx2 {
-    type Words = AvxWords;
+    type U32x8 = AvxU32x8;
 
     #[inline(always)]
     fn load(from: &[f32; LANES]) -> Self {
@@ -186,7 +187,7 @@ impl Wide for Avx2 {
         }
     }
     #[inline(always)]
-    fn packed(self, which: u32) -> Self {
+    fn compress(self, which: u32) -> Self {
         let order = &PACKED[which as usize & 255];
         unsafe {
             let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(order.as_ptr().cast()));
@@ -240,11 +241,11 @@ impl Lanes for Sse2 {
         Sse2([pick(0), pick(1)])
     }
     #[inline(always)]
-    fn both(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+    fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask {
         Sse2(a).zip(Sse2(b), |a, b| unsafe { _mm_and_ps(a, b) }).0
     }
     #[inline(always)]
-    fn either(a: Self::Mask, b: Self::Mask) -> Self::Mask {
+    fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask {
         Sse2(a).zip(Sse2(b), |a, b| unsafe { _mm_or_ps(a, b) }).0
     }
     #[inline(always)]
@@ -262,7 +263,7 @@ impl Lanes for Sse2 {
 }
 
 impl Wide for Sse2 {
-    type Words = PlainWords<Self>;
+    type U32x8 = PlainU32x8<Self>;
 
     #[inline(always)]
     fn load(from: &[f32; LANES]) -> Self {
@@ -300,80 +301,80 @@ impl Wide for Sse2 {
 
 /// Eight whole numbers in one register.
 #[derive(Clone, Copy, Debug)]
-pub struct AvxWords(__m256i);
+pub struct AvxU32x8(__m256i);
 
-impl AvxWords {
+impl AvxU32x8 {
     /// Bytes of the table by the lowest four bits of each byte, which are its only ones.
     #[inline(always)]
     fn bytes_of(self, table: [u8; 16]) -> Self {
         unsafe {
             let table = _mm256_broadcastsi128_si256(_mm_loadu_si128(table.as_ptr().cast()));
-            AvxWords(_mm256_shuffle_epi8(table, self.0))
+            AvxU32x8(_mm256_shuffle_epi8(table, self.0))
         }
     }
 }
 
 // SAFETY of every block: as that of `Lanes for Avx2`.
-impl Words for AvxWords {
+impl U32x8 for AvxU32x8 {
     type Floats = Avx2;
 
     #[inline(always)]
     fn splat(x: u32) -> Self {
-        AvxWords(unsafe { _mm256_set1_epi32(x as i32) })
+        AvxU32x8(unsafe { _mm256_set1_epi32(x as i32) })
     }
     #[inline(always)]
     fn load(from: &[u32; LANES]) -> Self {
-        AvxWords(unsafe { _mm256_loadu_si256(from.as_ptr().cast()) })
+        AvxU32x8(unsafe { _mm256_loadu_si256(from.as_ptr().cast()) })
     }
     #[inline(always)]
-    fn plus(self, o: Self) -> Self {
-        AvxWords(unsafe { _mm256_add_epi32(self.0, o.0) })
+    fn wrapping_add(self, o: Self) -> Self {
+        AvxU32x8(unsafe { _mm256_add_epi32(self.0, o.0) })
     }
     #[inline(always)]
-    fn times(self, o: Self) -> Self {
-        AvxWords(unsafe { _mm256_mullo_epi32(self.0, o.0) })
+    fn wrapping_mul(self, o: Self) -> Self {
+        AvxU32x8(unsafe { _mm256_mullo_epi32(self.0, o.0) })
     }
     #[inline(always)]
     fn and(self, o: Self) -> Self {
-        AvxWords(unsafe { _mm256_and_si256(self.0, o.0) })
+        AvxU32x8(unsafe { _mm256_and_si256(self.0, o.0) })
     }
     #[inline(always)]
     fn or(self, o: Self) -> Self {
-        AvxWords(unsafe { _mm256_or_si256(self.0, o.0) })
+        AvxU32x8(unsafe { _mm256_or_si256(self.0, o.0) })
     }
     #[inline(always)]
     fn xor(self, o: Self) -> Self {
-        AvxWords(unsafe { _mm256_xor_si256(self.0, o.0) })
+        AvxU32x8(unsafe { _mm256_xor_si256(self.0, o.0) })
     }
     #[inline(always)]
-    fn left<const N: i32>(self) -> Self {
-        AvxWords(unsafe { _mm256_slli_epi32::<N>(self.0) })
+    fn shl<const N: i32>(self) -> Self {
+        AvxU32x8(unsafe { _mm256_slli_epi32::<N>(self.0) })
     }
     #[inline(always)]
-    fn right<const N: i32>(self) -> Self {
-        AvxWords(unsafe { _mm256_srli_epi32::<N>(self.0) })
+    fn shr<const N: i32>(self) -> Self {
+        AvxU32x8(unsafe { _mm256_srli_epi32::<N>(self.0) })
     }
     #[inline(always)]
-    fn right_by(self, by: Self) -> Self {
-        AvxWords(unsafe { _mm256_srlv_epi32(self.0, _mm256_and_si256(by.0, _mm256_set1_epi32(31))) })
+    fn shr_by(self, by: Self) -> Self {
+        AvxU32x8(unsafe { _mm256_srlv_epi32(self.0, _mm256_and_si256(by.0, _mm256_set1_epi32(31))) })
     }
     #[inline(always)]
-    fn pick(self, table: &[u32; LANES]) -> Self {
-        AvxWords(unsafe { _mm256_permutevar8x32_epi32(Self::load(table).0, self.0) })
+    fn permute(self, table: &[u32; LANES]) -> Self {
+        AvxU32x8(unsafe { _mm256_permutevar8x32_epi32(Self::load(table).0, self.0) })
     }
     #[inline(always)]
     fn reverse_bits(self) -> Self {
         // The halves of each byte by a table, then the order of bytes.
         const HALF: [u8; 16] = [0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15];
         let low = Self::splat(0x0f0f_0f0f);
-        let turned = self.and(low).bytes_of(HALF).left::<4>().or(self.right::<4>().and(low).bytes_of(HALF));
+        let turned = self.and(low).bytes_of(HALF).shl::<4>().or(self.shr::<4>().and(low).bytes_of(HALF));
         unsafe {
             let order = _mm_setr_epi8(3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12);
-            AvxWords(_mm256_shuffle_epi8(turned.0, _mm256_broadcastsi128_si256(order)))
+            AvxU32x8(_mm256_shuffle_epi8(turned.0, _mm256_broadcastsi128_si256(order)))
         }
     }
     #[inline(always)]
-    fn floats(self) -> Avx2 {
+    fn to_floats(self) -> Avx2 {
         Avx2(unsafe { _mm256_cvtepi32_ps(self.0) })
     }
 }
