@@ -28,22 +28,6 @@ const CIRCLES: &[(&str, &str)] = &[
     ("systems::stage", "the stage keeps values of the systems that work on it"),
 ];
 
-/// Names that are declared more than once, and why: this list may only shrink.
-const OVERLOADED: &[(&str, &str)] = &[
-    ("Kept", "what outlives a frame, and a tile that does"),
-    ("Look", "how a picture is displayed, and what an error looks at"),
-    ("Materials", "a field while a scene is read, and a handle in scripts"),
-    ("Passes", "light groups of a sequence, and of a frame"),
-    ("Picture", "a texture, and what is compared"),
-    ("Place", "where a mistake is, and a handle's entity"),
-    ("Progress", "of a walk over parents, and on the terminal"),
-    ("Reader", "of spans, and of NFF"),
-    ("Row", "of a PLY file, and of an extraction"),
-    ("State", "four machines of their own"),
-    ("Tally", "sums of samples, and what a fingerprint counts"),
-    ("Visitor", "each inside the implementation of a trait of serde"),
-];
-
 type Path = Vec<String>;
 
 /// One file of the crate as a module.
@@ -230,28 +214,3 @@ fn rooms_of_the_kernel_import_down_their_floors() {
     fail_on(problems);
 }
 
-#[test]
-fn a_type_name_is_declared_once() {
-    let mut declared: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    for source in sources() {
-        for (number, line) in source.text.lines().enumerate() {
-            let code = line.trim_start().trim_start_matches("pub(super) ").trim_start_matches("pub ");
-            let keyword =
-                ["struct ", "enum ", "trait ", "union ", "type "].into_iter().find(|word| code.starts_with(word));
-            // Types inside of traits and their implementations are named by the trait.
-            let Some(keyword) = keyword.filter(|word| *word != "type " || !line.starts_with(' ')) else { continue };
-            let name: String = code[keyword.len()..].chars().take_while(|c| is_word(*c)).collect();
-            if name.is_empty() {
-                continue;
-            }
-            declared.entry(name).or_default().push(format!("{}:{}", source.path.display(), number + 1));
-        }
-    }
-    declared.retain(|_, places| places.len() > 1);
-    let is_known = |name: &str| OVERLOADED.iter().any(|(known, _)| *known == name);
-    let new = declared.iter().filter(|(name, _)| !is_known(name));
-    let gone = OVERLOADED.iter().filter(|(name, _)| !declared.contains_key(*name));
-    let mut problems: Vec<String> = new.map(|(name, places)| format!("{name}: {}", places.join(", "))).collect();
-    problems.extend(gone.map(|(name, _)| format!("{name} is declared once now")));
-    fail_on(problems);
-}

@@ -7,7 +7,7 @@
 use super::adaptive::whole_blocks;
 use super::bounces::Estimator;
 use super::tile::{SampleSubset, place_in_pixel, render_active, trace_batch};
-use crate::film::Tally;
+use crate::film::PixelAccumulator;
 use crate::trace::reuse::{Changes, SampleHistory};
 use crate::trace::sampler::Sampler;
 use crate::trace::wavefront::{BATCH, Worker};
@@ -18,7 +18,7 @@ pub fn retrace(
     places: &[[u32; 2]],
     changes: &Changes,
     history: &mut SampleHistory,
-    tally: &mut Tally,
+    tally: &mut PixelAccumulator,
     worker: &mut Worker,
 ) -> usize {
     let Estimator { context, .. } = estimator;
@@ -45,7 +45,7 @@ fn samples(
     places: &[[u32; 2]],
     (stale, changes): (&[u32], &Changes),
     history: &mut SampleHistory,
-    tally: &mut Tally,
+    tally: &mut PixelAccumulator,
     worker: &mut Worker,
 ) {
     let Estimator { context, .. } = estimator;

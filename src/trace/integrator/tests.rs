@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::*;
 use crate::components::{Accel, Camera, Filter, Integrator, Material, Render, Shadows};
-use crate::film::{FilterTable, Gather, Tally};
+use crate::film::{FilterTable, AccumulatorOptions, PixelAccumulator};
 use crate::trace::accel::Accelerator;
 use crate::trace::camera::CameraRays;
 use crate::trace::counters::Counters;
@@ -108,8 +108,8 @@ fn picture(render: &Render, lanes: Width, features: bool) -> (Vec<[f32; 3]>, Cou
         regions: None,
     };
     let places: Vec<[u32; 2]> = (0..300).map(|i| [i % 20, i / 20]).collect();
-    let gather = Gather { clamp: None, signed: false, moments: false, features };
-    let mut tally = [Tally::new(places.len(), gather)];
+    let gather = AccumulatorOptions { clamp: None, signed: false, moments: false, features };
+    let mut tally = [PixelAccumulator::new(places.len(), gather)];
     let mut worker = Worker::default();
     render_pixels(Estimator { context, photons: None }, &places, SampleSubset::WHOLE, &mut tally, &mut worker);
     ((0..places.len()).map(|i| tally[0].color(i)).collect(), worker.traversal.counters)

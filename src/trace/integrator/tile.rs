@@ -2,7 +2,7 @@
 
 use super::bounces::{Estimator, trace};
 use crate::base::random::combine;
-use crate::film::Tally;
+use crate::film::PixelAccumulator;
 use crate::trace::sampler::{Domain, PixelSample, RayNode, SampleSet, Sampler};
 use crate::trace::wavefront::{BATCH, CameraRayKernel, RenderContext, WavefrontBuffers, Worker};
 
@@ -50,7 +50,7 @@ pub fn render_pixels(
     estimator: Estimator,
     places: &[[u32; 2]],
     share: SampleSubset,
-    tallies: &mut [Tally],
+    tallies: &mut [PixelAccumulator],
     worker: &mut Worker,
 ) {
     render_active(estimator, places, (0..places.len() as u32).collect(), share, tallies, worker);
@@ -62,7 +62,7 @@ pub fn render_active(
     places: &[[u32; 2]],
     mut active: Vec<u32>,
     share: SampleSubset,
-    tallies: &mut [Tally],
+    tallies: &mut [PixelAccumulator],
     worker: &mut Worker,
 ) {
     let Estimator { context, .. } = estimator;
@@ -87,7 +87,7 @@ struct SampleRound<'a> {
 }
 
 /// Adds a share of one round of samples to the active pixels.
-fn sample(estimator: Estimator, picked: SampleRound, tallies: &mut [Tally], worker: &mut Worker) {
+fn sample(estimator: Estimator, picked: SampleRound, tallies: &mut [PixelAccumulator], worker: &mut Worker) {
     let Estimator { context, .. } = estimator;
     let SampleRound { round, share, places, active } = picked;
     let seed = if round == 0 { context.settings.seed } else { combine(context.settings.seed, round.into()) };
@@ -117,7 +117,7 @@ struct SampleBatch {
 }
 
 /// Adds the samples to their pixels, and empties the batch.
-fn add_batch(estimator: Estimator, batch: &mut SampleBatch, tallies: &mut [Tally], worker: &mut Worker) {
+fn add_batch(estimator: Estimator, batch: &mut SampleBatch, tallies: &mut [PixelAccumulator], worker: &mut Worker) {
     let Estimator { context, .. } = estimator;
     let mut buffers = std::mem::take(&mut worker.waves);
     if context.regions.is_some() {

@@ -8,7 +8,7 @@ use super::cube::CubeMap;
 use super::distribution::SphericalDistribution;
 use crate::base::color::luminance;
 use crate::base::math::sin_cos_degrees;
-use crate::components::{Picture, TexelFilter, Wrap};
+use crate::components::{MipMap, TexelFilter, Wrap};
 use crate::trace::material::texture::{ImageSampler, RayCone};
 
 /// Where an environment gets its colours from.
@@ -16,7 +16,7 @@ use crate::trace::material::texture::{ImageSampler, RayCone};
 pub enum EnvironmentMap {
     Cube(Arc<CubeMap>),
     /// Equirectangular: u is the angle around y, 0.5 at -z and growing to the right (towards +x), v from -y up to +y.
-    Sphere(Arc<Picture>),
+    Sphere(Arc<MipMap>),
     /// Colours straight up, at the horizon and straight down.
     Sky([Vec3; 3]),
 }
@@ -139,7 +139,7 @@ impl EnvironmentMap {
 }
 
 /// An equirectangular picture in a direction, over a cone of this angle.
-fn lookup_sphere(picture: &Picture, d: Vec3, spread: f32) -> Vec3 {
+fn lookup_sphere(picture: &MipMap, d: Vec3, spread: f32) -> Vec3 {
     let across = (d.x * d.x + d.z * d.z).sqrt();
     let u = 0.5 + libm::atan2f(d.x, -d.z) / TURN;
     let v = libm::atan2f(across, -d.y) * (2.0 / TURN);

@@ -10,7 +10,7 @@ use super::perturb_normal;
 use super::ray_cone::RayCone;
 use crate::base::color::luminance;
 use crate::base::math::sin_cos_degrees;
-use crate::components::{Pattern, Picture, Space, Texture};
+use crate::components::{Pattern, MipMap, Space, Texture};
 use crate::trace::material::ShadingParams;
 use crate::trace::primitive::{Geometry, ObjectSpace, SurfacePoint, SurfaceUv};
 use crate::trace::soa::{Hit, Ray};
@@ -18,7 +18,7 @@ use crate::trace::soa::{Hit, Ray};
 /// Where a texture gets its colours from.
 #[derive(Clone, Debug, PartialEq)]
 enum TexelSource {
-    Picture(Arc<Picture>, ImageSampler),
+    MipMap(Arc<MipMap>, ImageSampler),
     Pattern(PatternSampler),
 }
 
@@ -39,10 +39,10 @@ const ENDLESS: f32 = 1e9;
 
 impl TextureLayer {
     /// `picture` is the one that the texture names, if it names one.
-    pub fn new(texture: &Texture, picture: Option<Arc<Picture>>) -> Self {
+    pub fn new(texture: &Texture, picture: Option<Arc<MipMap>>) -> Self {
         let sheet = ImageSampler { wrap: texture.wrap, filter: texture.filter };
         let source = match picture {
-            Some(picture) => TexelSource::Picture(picture, sheet),
+            Some(picture) => TexelSource::MipMap(picture, sheet),
             None => TexelSource::Pattern(PatternSampler::new(texture, texture.pattern.unwrap_or(Pattern::Checker))),
         };
         let (sin, cos) = sin_cos_degrees(texture.rotation);
@@ -101,7 +101,7 @@ impl TextureLayer {
 
     fn at(&self, spot: &TextureContext, p: Vec3, axes: [Vec3; 2]) -> Vec3 {
         match &self.source {
-            TexelSource::Picture(picture, sheet) => {
+            TexelSource::MipMap(picture, sheet) => {
                 sheet.color(picture, p.truncate(), axes.map(Vec3::truncate), self.edges(spot))
             }
             TexelSource::Pattern(motif) => motif.color(p, axes),
@@ -122,7 +122,7 @@ impl TextureLayer {
     fn slope(&self, spot: &TextureContext) -> Vec3 {
         let (p, axes, gradients) = (self.coordinates(spot), self.axes(spot), self.gradients(spot));
         let least = match &self.source {
-            TexelSource::Picture(picture, _) => {
+            TexelSource::MipMap(picture, _) => {
                 let level = &picture.levels[0];
                 Vec3::new(0.5 / level.width as f32, 0.5 / level.height as f32, 1.0)
             }
