@@ -12,10 +12,7 @@ use crate::base::color::srgb_decode;
 use crate::base::diagnostics::Diagnostic;
 use crate::base::{files, limits};
 use crate::components::*;
-use crate::trace::light::environment::CubeMap;
-use crate::trace::light::environment::EnvironmentMap;
-use crate::trace::light::environment::FACES;
-use crate::trace::light::environment::Face;
+use crate::trace::light::environment::{CubeMap, EnvironmentMap, FACES, Face};
 
 /// Reads the faces `right left top bottom front back` (.jpg, .jpeg or .png) of a folder.
 ///

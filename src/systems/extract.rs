@@ -15,10 +15,7 @@ use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::{limits, math};
 use crate::components::*;
 use crate::trace::material::ShadingParams;
-use crate::trace::primitive::Geometry;
-use crate::trace::primitive::LocalShape;
-use crate::trace::primitive::Sides;
-use crate::trace::primitive::Tag;
+use crate::trace::primitive::{Geometry, LocalShape, Sides, Tag};
 
 /// Whether rays meet a surface of this material on both sides.
 pub fn shows_both_sides(material: &Material) -> bool {

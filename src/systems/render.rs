@@ -16,18 +16,12 @@ use crate::film::{AccumulatorOptions, Film, FilterTable, PixelAccumulator, denoi
 use crate::load::image;
 use crate::trace::counters::Counters;
 use crate::trace::integrator;
-use crate::trace::integrator::Estimator;
-use crate::trace::integrator::photon::PhotonCache;
-use crate::trace::integrator::photon::PhotonPass;
-use crate::trace::integrator::photon::ProgressiveState;
-use crate::trace::integrator::SampleSubset;
+use crate::trace::integrator::photon::{PhotonCache, PhotonPass, ProgressiveState};
+use crate::trace::integrator::{Estimator, SampleSubset};
 use crate::trace::light::Lights;
-use crate::trace::light::environment::Environment;
-use crate::trace::light::environment::EnvironmentMap;
+use crate::trace::light::environment::{Environment, EnvironmentMap};
 use crate::trace::simd::Width;
-use crate::trace::wavefront::RenderContext;
-use crate::trace::wavefront::Settings;
-use crate::trace::wavefront::Worker;
+use crate::trace::wavefront::{RenderContext, Settings, Worker};
 
 /// Side of a tile in pixels: small enough to share out evenly, large enough for neighbours to share cells.
 const TILE: u32 = 16;
@@ -208,7 +202,8 @@ pub fn render_samples(
     };
     let built = Instant::now();
     let PartialFrame { accumulators, stats, guide, tile_cache, photon_cache, .. } = partial;
-    let accumulators = accumulators.get_or_insert_with(|| FrameAccumulators::new(&settings, &filter, context.light_groups));
+    let accumulators =
+        accumulators.get_or_insert_with(|| FrameAccumulators::new(&settings, &filter, context.light_groups));
     let turns = settings.turns(share.of);
     for turn in 0..turns {
         let share = SampleSubset { index: share.index * turns + turn, of: share.of * turns };

@@ -5,14 +5,8 @@ use glam::Vec3;
 use super::reuse_bounds::ReuseBounds;
 use crate::base::limits;
 use crate::film::PixelAccumulator;
-use crate::trace::primitive::Geometry;
-use crate::trace::reuse::TrackedRegions;
-use crate::trace::reuse::Change;
-use crate::trace::reuse::Changes;
-use crate::trace::reuse::DirtyRegions;
-use crate::trace::reuse::Kdop;
-use crate::trace::reuse::SampleHistory;
-use crate::trace::primitive::Bounds;
+use crate::trace::primitive::{Bounds, Geometry};
+use crate::trace::reuse::{Change, Changes, DirtyRegions, Kdop, SampleHistory, TrackedRegions};
 use crate::trace::simd::Width;
 
 /// The frames of a window, which differ in objects alone: the state of each object in each frame.
@@ -243,9 +237,8 @@ mod tests {
 
     use super::*;
     use crate::base::digest::Digest;
+    use crate::trace::reuse::{Footprint, TouchMask};
     use crate::trace::soa::Ray;
-    use crate::trace::reuse::Footprint;
-    use crate::trace::reuse::TouchMask;
 
     fn ball(x: f32, look: u128) -> ReuseBounds {
         let center = DVec3::X * f64::from(x);

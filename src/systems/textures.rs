@@ -10,12 +10,8 @@ use super::stage::{AuthoredIndex, Despawned, Stage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::*;
 use crate::load::image;
-use crate::trace::material::texture::TextureBindings;
-use crate::trace::material::texture::TextureLayer;
-use crate::trace::material::texture::TextureSet;
-use crate::trace::primitive::AffineMap;
-use crate::trace::primitive::Bounds;
-use crate::trace::primitive::ObjectSpace;
+use crate::trace::material::texture::{TextureBindings, TextureLayer, TextureSet};
+use crate::trace::primitive::{AffineMap, Bounds, ObjectSpace};
 
 /// Calls for every texture of the World, with whether it is of colours and with what a message calls its owner.
 fn for_each_texture(

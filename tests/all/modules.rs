@@ -143,7 +143,8 @@ fn resolve(modules: &BTreeMap<Path, Module>, from: &Path, path: &[String], depth
         first if is_module(&[from.as_slice(), &[first.to_string()]].concat()) => (from.clone(), path),
         _ => return None,
     };
-    while let Some(next) = rest.first().map(|word| [at.as_slice(), &[word.clone()]].concat()).filter(|at| is_module(at))
+    while let Some(next) =
+        rest.first().map(|word| [at.as_slice(), std::slice::from_ref(word)].concat()).filter(|at| is_module(at))
     {
         (at, rest) = (next, &rest[1..]);
     }
@@ -213,4 +214,3 @@ fn rooms_of_the_kernel_import_down_their_floors() {
     }
     fail_on(problems);
 }
-

@@ -4,19 +4,11 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use anim::components::{Accel, MeshData};
-use anim::trace::accel::Accelerator;
-use anim::trace::accel::TraversalScratch;
-use anim::trace::primitive::Geometry;
-use anim::trace::primitive::PreparedRay;
-use anim::trace::primitive::Tag;
-use anim::trace::primitive::shapes;
-use anim::trace::sampler::Domain;
-use anim::trace::sampler::RayNode;
-use anim::trace::sampler::Sampler;
+use anim::trace::accel::{Accelerator, TraversalScratch};
+use anim::trace::primitive::{Geometry, PreparedRay, Tag, shapes};
+use anim::trace::sampler::{Domain, RayNode, Sampler};
 use anim::trace::simd::V3;
-use anim::trace::soa::Hits;
-use anim::trace::soa::Ray;
-use anim::trace::soa::Rays;
+use anim::trace::soa::{Hits, Ray, Rays};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DAffine3, Vec3};
 

@@ -10,13 +10,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anim::components::{Accel, MeshData};
-use anim::trace::accel::Accelerator;
-use anim::trace::accel::TraversalScratch;
-use anim::trace::primitive::Geometry;
-use anim::trace::primitive::Tag;
-use anim::trace::soa::Hits;
-use anim::trace::soa::Ray;
-use anim::trace::soa::Rays;
+use anim::trace::accel::{Accelerator, TraversalScratch};
+use anim::trace::primitive::{Geometry, Tag};
+use anim::trace::soa::{Hits, Ray, Rays};
 use clap::{Parser, ValueEnum};
 use glam::{DAffine3, Vec3};
 use rayon::prelude::*;

@@ -56,7 +56,10 @@ mod tests {
     #[test]
     fn a_noisy_pixel_keeps_its_block_and_no_other() {
         let places: Vec<[u32; 2]> = (0..256).map(|i| [16 + i % 16, 32 + i / 16]).collect();
-        let mut tally = PixelAccumulator::new(256, AccumulatorOptions { clamp: None, signed: false, moments: true, features: false });
+        let mut tally = PixelAccumulator::new(
+            256,
+            AccumulatorOptions { clamp: None, signed: false, moments: true, features: false },
+        );
         for pixel in 0..256 {
             tally.add(pixel, Vec3::splat(0.5), 1.0);
             tally.add(pixel, Vec3::splat(if pixel == 5 * 16 + 9 { 0.9 } else { 0.5 }), 1.0);

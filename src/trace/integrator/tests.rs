@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::*;
 use crate::components::{Accel, Camera, Filter, Integrator, Material, Render, Shadows};
-use crate::film::{FilterTable, AccumulatorOptions, PixelAccumulator};
+use crate::film::{AccumulatorOptions, FilterTable, PixelAccumulator};
 use crate::trace::accel::Accelerator;
 use crate::trace::camera::CameraRays;
 use crate::trace::counters::Counters;

@@ -54,7 +54,7 @@ pub trait Wide: Lanes {
     /// The lanes that have a bit, moved to the front; what comes after them is any lane's.
     #[inline(always)]
     fn compress(self, which: u32) -> Self {
-        let (from, order) = (self.store(), &PACKED[which as usize & 255]);
+        let (from, order) = (self.store(), &COMPRESS[which as usize & 255]);
         let mut to = [0.0; LANES];
         for (x, lane) in to.iter_mut().zip(order) {
             *x = from[usize::from(lane & 7)];
@@ -185,7 +185,7 @@ pub fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
 }
 
 /// By bits: the lanes that have one, in their order, then lane 0.
-pub static PACKED: [[u8; LANES]; 256] = {
+pub static COMPRESS: [[u8; LANES]; 256] = {
     let (mut packed, mut bits) = ([[0; LANES]; 256], 0);
     while bits < 256 {
         let (mut lane, mut n) = (0, 0);

@@ -10,16 +10,18 @@
 //! | `lanes` | the traits: [`Lanes`] (one or many), [`Wide`] (eight), [`U32x8`] (whole numbers), [`Kernel`] |
 //! | `v3` | vectors of three coordinates |
 //! | `width` | [`Width`]: which lanes the processor has, and running a [`Kernel`] with them |
-//! | `plain`, `plain_u32x8`, `x86` | what lanes are made of |
+//! | `avx2`, `sse2`, `plain`, `plain_u32x8` | what lanes are made of |
 
+#[cfg(all(target_arch = "x86_64", any(test, not(debug_assertions))))]
+mod avx2;
 mod lanes;
 #[cfg(any(test, not(target_arch = "x86_64")))]
 mod plain;
 mod plain_u32x8;
+#[cfg(target_arch = "x86_64")]
+mod sse2;
 mod v3;
 mod width;
-#[cfg(target_arch = "x86_64")]
-mod x86;
 
 pub use lanes::{Kernel, LANES, Lanes, U32x8, Wide, lane, lanes, lanes_from_bits, lanes_to_bits, set_lane};
 pub use v3::V3;

@@ -2,6 +2,7 @@
 
 use proptest::prelude::*;
 
+use super::plain::Plain;
 use super::*;
 
 /// All operations on two lists of eight, one result after the other.
@@ -124,6 +125,7 @@ proptest! {
         for width in Width::all() {
             prop_assert_eq!(width.run(Whole(a, b)), whole_one_by_one(a, b), "{:?}", width);
         }
+        prop_assert_eq!(Whole(a, b).run::<Plain>(), whole_one_by_one(a, b));
     }
 
     #[test]
@@ -131,5 +133,6 @@ proptest! {
         for width in Width::all() {
             prop_assert_eq!(width.run(Everything(a, b)), one_by_one(a, b), "{:?}", width);
         }
+        prop_assert_eq!(Everything(a, b).run::<Plain>(), one_by_one(a, b));
     }
 }

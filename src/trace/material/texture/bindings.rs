@@ -10,7 +10,7 @@ use super::perturb_normal;
 use super::ray_cone::RayCone;
 use crate::base::color::luminance;
 use crate::base::math::sin_cos_degrees;
-use crate::components::{Pattern, MipMap, Space, Texture};
+use crate::components::{MipMap, Pattern, Space, Texture};
 use crate::trace::material::ShadingParams;
 use crate::trace::primitive::{Geometry, ObjectSpace, SurfacePoint, SurfaceUv};
 use crate::trace::soa::{Hit, Ray};

@@ -3,7 +3,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::*;
-use crate::components::{Accel, Axes, Material, MeshData, Pattern, MipMap, TexelFilter, Texels, Texture};
+use crate::components::{Accel, Axes, Material, MeshData, MipMap, Pattern, TexelFilter, Texels, Texture};
 use crate::trace::accel::{Accelerator, TraversalScratch};
 use crate::trace::material::ShadingParams;
 use crate::trace::primitive::{AffineMap, Geometry, LocalShape, ObjectSpace, SurfacePoint, Tag};
