@@ -12,7 +12,7 @@ use crate::base::color::srgb_decode;
 use crate::base::diagnostics::Diagnostic;
 use crate::base::{files, limits};
 use crate::components::*;
-use crate::trace::environment::{CubeMap, FACES, Face, Source};
+use crate::trace::light::environment::{CubeMap, EnvironmentMap, FACES, Face};
 
 /// Reads the faces `right left top bottom front back` (.jpg, .jpeg or .png) of a folder.
 ///
@@ -160,12 +160,12 @@ pub fn read_surroundings(
     base: &Path,
     name: &Text,
     decoded: bool,
-) -> Result<Source, Diagnostic> {
+) -> Result<EnvironmentMap, Diagnostic> {
     let path = base.join(&**name);
     if path.is_dir() {
-        return read_cube_map(&path, decoded).map(|cube| Source::Cube(Arc::new(cube)));
+        return read_cube_map(&path, decoded).map(|cube| EnvironmentMap::Cube(Arc::new(cube)));
     }
-    fetch(images, base, name, decoded).map(Source::Sphere)
+    fetch(images, base, name, decoded).map(EnvironmentMap::Sphere)
 }
 
 /// Reads the pictures that the textures of a scene name; each file is read once and shared.
@@ -197,8 +197,9 @@ pub fn load_all(scene: &mut Scene) -> Vec<Problem> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use glam::Vec3;
+
+    use super::*;
 
     #[test]
     fn six_faces_make_a_sky_and_five_do_not() {

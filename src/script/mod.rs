@@ -41,15 +41,15 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use ::rhai::{AST, CallFnOptions, Dynamic, Engine, Map, Scope};
-
-use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, nearest};
-use crate::base::{files, limits, random as hash};
-use crate::components::{Edit, Scene};
 use engine::TopLevel;
 use errors::ScriptSource;
 use handles::SceneHandle;
 use overlay::{NameIndex, Overlay};
 pub use time::{Header, TimeMode};
+
+use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, nearest};
+use crate::base::{files, limits, random as hash};
+use crate::components::{Edit, Scene};
 
 /// A script, compiled, its top level run once.
 pub struct Program {

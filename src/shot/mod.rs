@@ -20,15 +20,16 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 
+use assets::Assets;
+use fingerprint::{BaseFingerprint, Fingerprint};
+pub use shutter::Slice;
+
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::{Accel, Aov, Edit, Integrator, Render, Scene};
 use crate::load;
 use crate::output::names::Target;
 use crate::script::Program;
 use crate::systems::{self, Stage};
-use assets::Assets;
-use fingerprint::{BaseFingerprint, Fingerprint};
-pub use shutter::Slice;
 
 /// Settings of the command line; they have the last word in every frame.
 #[derive(Clone, Debug, Default, PartialEq)]

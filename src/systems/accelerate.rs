@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use super::stage::{AccelKey, BuiltAccelerator, Stage};
 use crate::components::{Integrator, Render};
-use crate::trace::integrator::Share;
-use crate::trace::{Accelerator, Geometry};
+use crate::trace::accel::Accelerator;
+use crate::trace::integrator::SampleSubset;
+use crate::trace::primitive::Geometry;
 
 /// Rays that a sample gives rise to, the camera's included, where it does not follow a path: more than most do, for too
 /// poor a tree costs more than one that is too good.
@@ -15,7 +16,7 @@ const RAYS_PER_SAMPLE: f64 = 8.0;
 /// built for as many rays as are expected, or a new one; and whether it is new.
 ///
 /// `share` says for how many of a picture's samples the World stands as it does.
-pub fn update(stage: &mut Stage, share: Share, geometry: Arc<Geometry>) -> (Arc<Accelerator>, bool) {
+pub fn update(stage: &mut Stage, share: SampleSubset, geometry: Arc<Geometry>) -> (Arc<Accelerator>, bool) {
     let settings = stage.settings();
     let key = AccelKey { choice: settings.accel, density: settings.grid_density };
     let of_picture = rays_of(&settings);

@@ -15,8 +15,8 @@ use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::limits;
 use crate::components::entity::every_kind;
 use crate::components::*;
-use crate::trace::surfacing::Surfacing;
-use crate::trace::{Geometry, Sides, Tag};
+use crate::trace::material::ShadingParams;
+use crate::trace::primitive::{Geometry, Sides, Tag};
 
 /// Whether rays meet a surface of this material on both sides.
 pub fn shows_both_sides(material: &Material) -> bool {
@@ -24,9 +24,9 @@ pub fn shows_both_sides(material: &Material) -> bool {
 }
 
 /// The kernel's materials: those of the scene by their number, then the default one for entities without a material.
-pub fn materials(stage: &Stage) -> Vec<Surfacing> {
-    let of = |e: &hecs::Entity| stage.world.get::<&Material>(*e).map(|m| Surfacing::from(&*m));
-    let default = Surfacing::from(&Material::default());
+pub fn materials(stage: &Stage) -> Vec<ShadingParams> {
+    let of = |e: &hecs::Entity| stage.world.get::<&Material>(*e).map(|m| ShadingParams::from(&*m));
+    let default = ShadingParams::from(&Material::default());
     stage.materials.iter().map(|e| of(e).unwrap_or(default)).chain([default]).collect()
 }
 

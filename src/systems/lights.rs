@@ -6,8 +6,8 @@ use super::hierarchy::Placement;
 use super::stage::Stage;
 use crate::base::diagnostics::Diagnostic;
 use crate::components::{AreaLight, ComponentType, Falloff, Kind, PointLight, Render};
-use crate::trace::lights::Light;
-use crate::trace::surfacing::Surfacing;
+use crate::trace::light::Lamp;
+use crate::trace::material::ShadingParams;
 
 /// What emits light and can have a light group of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -44,16 +44,16 @@ impl LightGroups {
     }
 
     /// A light with its group, and its grey in place of its colour.
-    fn assign_light(&self, index: usize, kind: Kind, light: Light) -> Light {
+    fn assign_light(&self, index: usize, kind: Kind, light: Lamp) -> Lamp {
         let own = self.group_of(EmitterId::Lamp(index, kind));
-        own.map_or(light, |(pass, grey)| Light { color: Vec3::splat(grey), pass, ..light })
+        own.map_or(light, |(group, grey)| Lamp { color: Vec3::splat(grey), group, ..light })
     }
 
     /// Gives materials their groups, and greys in place of their emission.
-    pub fn assign_materials(&self, materials: &mut [Surfacing]) {
+    pub fn assign_materials(&self, materials: &mut [ShadingParams]) {
         for (number, material) in materials.iter_mut().enumerate() {
-            if let Some((pass, grey)) = self.group_of(EmitterId::Material(number)) {
-                (material.emission, material.pass) = (Vec3::splat(grey), pass);
+            if let Some((group, grey)) = self.group_of(EmitterId::Material(number)) {
+                (material.emission, material.group) = (Vec3::splat(grey), group);
             }
         }
     }
@@ -68,7 +68,7 @@ impl LightGroups {
 }
 
 /// Every light of the World, in authored order; point lights are widened by the setting `light_size`.
-pub fn lights(stage: &Stage, groups: &LightGroups) -> Result<Vec<Light>, Diagnostic> {
+pub fn lights(stage: &Stage, groups: &LightGroups) -> Result<Vec<Lamp>, Diagnostic> {
     let widened = stage.settings().light_size;
     let mut lights = Vec::new();
     type Parts<'q> = (hecs::Or<&'q PointLight, &'q AreaLight>, Option<&'q Placement>);
@@ -92,14 +92,14 @@ pub fn lights(stage: &Stage, groups: &LightGroups) -> Result<Vec<Light>, Diagnos
     Ok(lights)
 }
 
-fn resolved(center: DVec3, edges: [DVec3; 2], color: DVec3, falloff: Falloff, visible: bool) -> Light {
-    Light {
+fn resolved(center: DVec3, edges: [DVec3; 2], color: DVec3, falloff: Falloff, visible: bool) -> Lamp {
+    Lamp {
         center: center.as_vec3(),
         edges: edges.map(|e| e.as_vec3()),
         normal: edges[0].cross(edges[1]).normalize_or_zero().as_vec3(),
         color: color.as_vec3(),
         inverse_square: falloff == Falloff::InverseSquare,
         visible,
-        pass: 0,
+        group: 0,
     }
 }

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec2, Vec3};
 use super::extract::{ExtractShape, Extraction, ShapePlacement};
 use crate::base::math;
 use crate::components::*;
-use crate::trace::geometry::LocalShape;
+use crate::trace::primitive::LocalShape;
 
 /// Meshes of fewer triangles are split into single ones: their bookkeeping would cost more than they do.
 const FEW_TRIANGLES: usize = 16;
@@ -18,7 +18,7 @@ impl ExtractShape for Sphere {
             Some(scale) => out.geometry.push_sphere(tag, placed.point(center), (radius.abs() * scale) as f32),
             None => {
                 let shape = LocalShape::Sphere { center: center.as_vec3(), radius: radius.abs() as f32 };
-                out.geometry.push_placed(tag, shape, &placed.map);
+                out.geometry.push_transformed(tag, shape, &placed.map);
             }
         }
     }
@@ -61,7 +61,7 @@ impl ExtractShape for AABox {
             out.geometry.push_box(placed.tag(false), a.min(b), a.max(b));
         } else {
             let shape = LocalShape::Box { min: min.as_vec3(), max: max.as_vec3() };
-            out.geometry.push_placed(placed.tag(false), shape, &placed.map);
+            out.geometry.push_transformed(placed.tag(false), shape, &placed.map);
         }
     }
 }
@@ -91,7 +91,7 @@ fn frustum(placed: &ShapePlacement, [base, apex]: [DVec3; 2], radii: [f64; 2], c
             let [base_radius, apex_radius] = radii.map(|r| r as f32);
             let (base, apex) = (base.as_vec3(), apex.as_vec3());
             let shape = LocalShape::Cone { base, base_radius, apex, apex_radius, capped };
-            out.geometry.push_placed(tag, shape, &placed.map);
+            out.geometry.push_transformed(tag, shape, &placed.map);
         }
     }
 }

@@ -10,8 +10,9 @@ use super::previous_frame::PreviousFrame;
 use crate::base::diagnostics::Diagnostic;
 use crate::components::entity::every_kind;
 use crate::components::*;
-use crate::trace::environment::{Environment, Source};
-use crate::trace::{Accelerator, Geometry};
+use crate::trace::accel::Accelerator;
+use crate::trace::light::environment::{Environment, EnvironmentMap};
+use crate::trace::primitive::Geometry;
 
 /// Position of an entity in the authored order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -66,7 +67,7 @@ pub struct LoadedFiles {
     /// Images of textures, and of environments that are one image.
     pub images: ImageCache,
     /// The environment that was read last.
-    pub environment: Option<(EnvironmentKey, Source)>,
+    pub environment: Option<(EnvironmentKey, EnvironmentMap)>,
 }
 
 /// An environment's file, and whether its values were decoded to linear light.

@@ -9,8 +9,8 @@ use super::hierarchy::Placement;
 use super::stage::{EnvironmentKey, MaterialIndex, Stage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::*;
-use crate::trace::geometry::{Bounds, Frame, Map};
-use crate::trace::texture::{Dress, Layer, Skins};
+use crate::trace::material::texture::{TextureBindings, TextureLayer, TextureSet};
+use crate::trace::primitive::{AffineMap, Bounds, ObjectSpace};
 
 /// A file that the World names.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -70,7 +70,7 @@ pub(super) fn environment_key(stage: &Stage) -> Option<EnvironmentKey> {
 ///
 /// # Errors
 /// An image that is not loaded.
-pub fn texture_bindings(stage: &Stage) -> Result<Skins, Diagnostics> {
+pub fn texture_bindings(stage: &Stage) -> Result<TextureBindings, Diagnostics> {
     if let Some(missing) = missing_images(stage).first() {
         return Err(Diagnostic::bug(format!("{}: `{}` was not loaded", missing.owner, missing.file)).into());
     }
@@ -78,13 +78,13 @@ pub fn texture_bindings(stage: &Stage) -> Result<Skins, Diagnostics> {
     let layer = |texture: &Texture, coloured: bool| {
         let image =
             |file: &Text| stage.files.images.0.get(&(file.clone(), texture.decodes(coloured && decodes))).cloned();
-        Layer::new(texture, texture.image.as_ref().and_then(image))
+        TextureLayer::new(texture, texture.image.as_ref().and_then(image))
     };
     let of_material = |entity: &hecs::Entity| {
         let material = stage.world.get::<&Material>(*entity).ok();
-        material.map_or_else(Dress::default, |material| {
+        material.map_or_else(TextureSet::default, |material| {
             let one = |map: &Option<Box<Texture>>, coloured| map.as_deref().map(|texture| layer(texture, coloured));
-            Dress {
+            TextureSet {
                 color: one(&material.color_map, true).into_iter().collect(),
                 specular: one(&material.specular_map, true),
                 roughness: one(&material.roughness_map, false),
@@ -93,8 +93,8 @@ pub fn texture_bindings(stage: &Stage) -> Result<Skins, Diagnostics> {
             }
         })
     };
-    let sets: Vec<Dress> = stage.materials.iter().map(of_material).collect();
-    let mut bindings = Skins::default();
+    let sets: Vec<TextureSet> = stage.materials.iter().map(of_material).collect();
+    let mut bindings = TextureBindings::default();
     let of_material: Vec<Option<u32>> =
         sets.iter().map(|set| (!set.is_empty()).then(|| bindings.add(set.clone()))).collect();
     let textured = of_material.iter().any(Option::is_some);
@@ -109,7 +109,7 @@ pub fn texture_bindings(stage: &Stage) -> Result<Skins, Diagnostics> {
         let set = match texture {
             None => material.and_then(|i| of_material[i]),
             Some(texture) => Some(*own.entry((material, format!("{texture:?}"))).or_insert_with(|| {
-                let mut set = material.map_or_else(Dress::default, |i| sets[i].clone());
+                let mut set = material.map_or_else(TextureSet::default, |i| sets[i].clone());
                 set.color.push(layer(texture, true));
                 bindings.add(set)
             })),
@@ -123,9 +123,9 @@ pub fn texture_bindings(stage: &Stage) -> Result<Skins, Diagnostics> {
 }
 
 /// The local space of an entity, as `extract` has it.
-fn frame(placement: Option<&Placement>, mesh: Option<&Mesh>) -> Frame {
+fn frame(placement: Option<&Placement>, mesh: Option<&Mesh>) -> ObjectSpace {
     let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
     let bare = mesh.filter(|mesh| mesh.data.uvs.is_empty());
     let center = bare.map(|mesh: &Mesh| -> Vec3 { Bounds::around(&Arc::clone(&mesh.data).vertices).center() });
-    Frame { map: Map::new(&map), center }
+    ObjectSpace { map: AffineMap::new(&map), center }
 }

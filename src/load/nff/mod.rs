@@ -13,13 +13,13 @@ mod shapes;
 use std::path::Path;
 
 use glam::DVec3;
+use lexer::{Lexer, Word};
 use rustc_hash::FxHashMap;
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, Severity, nearest};
 use crate::base::limits;
 use crate::components::*;
 use crate::load::image;
-use lexer::{Lexer, Word};
 
 /// Every record that is read or known to be passed over.
 const KEYWORDS: [&str; 29] = [

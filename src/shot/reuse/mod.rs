@@ -8,7 +8,7 @@
 //! | a frame's file from an earlier run | the manifest or the picture's metadata carry the frame's hash, and the bytes are whole | the hash covers all that decides pixels, the program's picture version included ([`fingerprint`](crate::shot::fingerprint)) | [`plan::Plan::inspect`](crate::shot::plan::Plan::inspect), [`output::inspect`](crate::output::inspect) |
 //! | a frame of the same run or folder with the same pixels | two frames have one hash | as above; only frame number and source in the metadata differ | [`run`](mod@crate::shot::run), [`output::relabelled`](crate::output::relabelled) |
 //! | films of light groups | only colours of emitters change | light adds up; units and probabilities are the same in all frames of the mix, and a frame that could be a sum always is one | [`light_mix`] |
-//! | tiles, sample by sample | only objects of finite size change, seen from one camera | a sample depends on what its rays meet: it is traced again if one of them crossed the bounds of an object that changed, in its state before or now; what reaches everywhere ends the window | [`static_camera`], [`systems::reuse_bounds`](crate::systems::reuse_bounds()), [`systems::StaticCameraCache`](crate::systems::StaticCameraCache); what rays crossed: `trace::footprint` |
+//! | tiles, sample by sample | only objects of finite size change, seen from one camera | a sample depends on what its rays meet: it is traced again if one of them crossed the bounds of an object that changed, in its state before or now; what reaches everywhere ends the window | [`static_camera`], [`systems::reuse_bounds`](crate::systems::reuse_bounds()), [`systems::StaticCameraCache`](crate::systems::StaticCameraCache); what rays crossed: [`crate::trace::reuse`] |
 //! | photon maps | the camera, the film or the lens alone change | the digest [`Fingerprint::photons`](crate::shot::fingerprint::Fingerprint::photons) covers all that photons depend on | [`photons`] |
 //! | accelerator | columns of primitives and settings of the accelerator are equal; fitted, not rebuilt, where primitives only moved | columns are compared value by value; pictures do not depend on the accelerator | `systems::accelerate` |
 //! | columns of primitives, textures, environment | nothing that they are made of was edited, or the files are the same | they are keyed by what they are made of | `systems::extract`, `systems::textures` |
@@ -21,6 +21,9 @@ pub mod photons;
 pub mod static_camera;
 
 use glam::Vec3;
+use light_mix::LightMix;
+use photons::PhotonReuse;
+use static_camera::TileReuse;
 
 use crate::base::digest::Digest;
 use crate::components::Render;
@@ -28,9 +31,6 @@ use crate::film::Film;
 use crate::shot::Shot;
 use crate::shot::plan::PlannedFrame;
 use crate::systems::{self, FrameStats, PartialFrame};
-use light_mix::LightMix;
-use photons::PhotonReuse;
-use static_camera::TileReuse;
 
 /// How far frames may be made from one another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
