@@ -27,7 +27,8 @@ fn open(text: &str, defines: &[(&str, &str)]) -> Result<Program, String> {
     let path = folder.path().join("show.rhai");
     std::fs::write(&path, text).unwrap();
     let defines: Vec<_> = defines.iter().map(|(a, b)| (a.to_string(), b.to_string())).collect();
-    Program::open(&path, &defines).map_err(|d| d.to_string())
+    let project = Project::of(&path, &Default::default()).map_err(|d| d.to_string())?;
+    Program::open(&path, &defines, &project, &Evaluation::InProcess).map_err(|d| d.to_string())
 }
 
 /// The edits of frame 3 out of 5 of a script with this body of `frame`.

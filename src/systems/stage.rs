@@ -1,6 +1,5 @@
 //! The World, the authored order of what is in it, and what is kept between frames.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use hecs::{Entity, EntityBuilder, World};
@@ -8,6 +7,7 @@ use rustc_hash::FxHashMap;
 
 use super::before::Past;
 use crate::base::diagnostics::Diagnostic;
+use crate::base::project::Folder;
 use crate::components::entity::every_kind;
 use crate::components::*;
 use crate::trace::environment::Environment;
@@ -42,7 +42,7 @@ pub struct Stage {
     /// Authored index by name.
     pub(super) names: FxHashMap<Text, usize>,
     pub(super) material_names: FxHashMap<Text, usize>,
-    pub(super) base: PathBuf,
+    pub(super) base: Folder,
     /// Where entities with `motion` are, in the units of the camera's shutter.
     pub(super) time: f64,
     /// This World in the frame before, where the film wants to know what has moved.
