@@ -220,7 +220,8 @@ mod tests {
         let mesh = Mesh { file: None, smooth: true, data: Arc::new(data) };
         let mut components: Vec<Component> = Kind::ALL.iter().map(|kind| kind.default_component()).collect();
         components.push(mesh.into());
-        let bag = Bag { tags: vec!["a".into(), "".into()], ..Bag::new(components).named("\u{e4}") };
+        let mut bag = Bag::new(components).named("\u{e4}");
+        bag.tags = vec!["a".into(), "".into()];
         let camera = Camera { focus: Some(Focus::Entity("x".into())), f_stop: Some(2.8), ..Camera::default() };
         let render = Render { seed: Some(u64::MAX), aovs: vec![Aov::Depth, Aov::Variance], ..Render::default() };
         let edits = vec![
