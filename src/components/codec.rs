@@ -98,7 +98,7 @@ impl Codec for Mesh {
     }
 }
 
-impl Codec for Bag {
+impl Codec for EntityDesc {
     fn encode(&self, to: &mut Encoder) {
         to.put(&self.name);
         to.put(&self.tags);
@@ -108,7 +108,7 @@ impl Codec for Bag {
     fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
         let (name, tags) = (from.get()?, from.get()?);
         let components: Vec<Component> = from.get()?;
-        let mut bag = Bag::new(components);
+        let mut bag = EntityDesc::new(components);
         (bag.name, bag.tags) = (name, tags);
         Ok(bag)
     }
@@ -117,7 +117,7 @@ impl Codec for Bag {
 /// A scene without its pictures, which only the renderer looks at, and without its folder.
 impl Codec for Scene {
     fn encode(&self, to: &mut Encoder) {
-        let Scene { camera, render, materials, entities, base: _, pictures: _ } = self;
+        let Scene { camera, render, materials, entities, base: _, images: _ } = self;
         to.put(camera);
         to.put(render);
         to.put(materials);
@@ -130,7 +130,7 @@ impl Codec for Scene {
             materials: from.get()?,
             entities: from.get()?,
             base: Folder::default(),
-            pictures: Pictures::default(),
+            images: ImageCache::default(),
         })
     }
 }
@@ -220,7 +220,7 @@ mod tests {
         let mesh = Mesh { file: None, smooth: true, data: Arc::new(data) };
         let mut components: Vec<Component> = Kind::ALL.iter().map(|kind| kind.default_component()).collect();
         components.push(mesh.into());
-        let mut bag = Bag::new(components).named("\u{e4}");
+        let mut bag = EntityDesc::new(components).named("\u{e4}");
         bag.tags = vec!["a".into(), "".into()];
         let camera = Camera { focus: Some(Focus::Entity("x".into())), f_stop: Some(2.8), ..Camera::default() };
         let render = Render { seed: Some(u64::MAX), aovs: vec![Aov::Depth, Aov::Variance], ..Render::default() };

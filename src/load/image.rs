@@ -102,7 +102,7 @@ fn is_whole_jpeg(bytes: &[u8]) -> bool {
 ///
 /// # Errors
 /// A file that is missing, broken, larger than `cap` texels, or with values that are no colours.
-pub fn read_picture(path: &Path, decoded: bool, cap: u64) -> Result<Picture, Diagnostic> {
+pub fn read_mip_map(path: &Path, decoded: bool, cap: u64) -> Result<MipMap, Diagnostic> {
     let image = decode(path, cap)?;
     let (width, height) = (image.width(), image.height());
     let texels = match image {
@@ -133,21 +133,21 @@ pub fn read_picture(path: &Path, decoded: bool, cap: u64) -> Result<Picture, Dia
             return Err(Diagnostic::error(message).help(help));
         }
     }
-    Ok(Picture::new(width, height, texels))
+    Ok(MipMap::new(width, height, texels))
 }
 
 /// The picture of a file that a scene names, read unless it was before.
 ///
 /// # Errors
-/// As [`read_picture`]; and if all pictures together have too many texels.
-pub fn fetch(pictures: &mut Pictures, base: &Folder, file: &Text, decoded: bool) -> Result<Arc<Picture>, Diagnostic> {
-    if let Some(known) = pictures.0.get(&(file.clone(), decoded)) {
+/// As [`read_mip_map`]; and if all pictures together have too many texels.
+pub fn fetch(images: &mut ImageCache, base: &Folder, file: &Text, decoded: bool) -> Result<Arc<MipMap>, Diagnostic> {
+    if let Some(known) = images.0.get(&(file.clone(), decoded)) {
         return Ok(known.clone());
     }
-    let taken: u64 = pictures.0.values().map(|picture| picture.texels()).sum();
+    let taken: u64 = images.0.values().map(|picture| picture.texels()).sum();
     let room = limits::TEXTURE_TEXELS.saturating_sub(taken);
-    let picture = Arc::new(read_picture(&base.find(file, FileRole::Image)?, decoded, room)?);
-    pictures.0.insert((file.clone(), decoded), picture.clone());
+    let picture = Arc::new(read_mip_map(&base.find(file, FileRole::Image)?, decoded, room)?);
+    images.0.insert((file.clone(), decoded), picture.clone());
     Ok(picture)
 }
 
@@ -158,7 +158,7 @@ pub fn fetch(pictures: &mut Pictures, base: &Folder, file: &Text, decoded: bool)
 /// # Errors
 /// As [`read_cube_map`] and [`fetch`].
 pub fn read_surroundings(
-    pictures: &mut Pictures,
+    images: &mut ImageCache,
     base: &Folder,
     name: &Text,
     decoded: bool,
@@ -166,18 +166,18 @@ pub fn read_surroundings(
     if base.find(name, FileRole::Image)?.is_dir() {
         return read_cube_map(base, name, decoded).map(|cube| Source::Cube(Arc::new(cube)));
     }
-    fetch(pictures, base, name, decoded).map(Source::Sphere)
+    fetch(images, base, name, decoded).map(Source::Sphere)
 }
 
 /// Reads the pictures that the textures of a scene name; each file is read once and shared.
 pub fn load_all(scene: &mut Scene) -> Vec<Problem> {
     let mut problems = Vec::new();
-    let Scene { materials, entities, pictures, base, render, .. } = scene;
+    let Scene { materials, entities, images, base, render, .. } = scene;
     let mut read = |path: Vec<Step>, texture: &Texture, coloured: bool| {
         let Some(file) = &texture.image else { return };
         let decoded = texture.decodes(coloured && render.transfer == Transfer::Srgb);
         if problems.len() < limits::DIAGNOSTICS
-            && let Err(problem) = fetch(pictures, base, file, decoded)
+            && let Err(problem) = fetch(images, base, file, decoded)
         {
             let path = path.into_iter().chain([key("image")]).collect();
             problems.push(Problem::new(path, problem.message).help(problem.help));
@@ -188,8 +188,8 @@ pub fn load_all(scene: &mut Scene) -> Vec<Problem> {
             read(vec![key("materials"), key(name), key(field)], texture, coloured);
         }
     }
-    for (index, bag) in entities.iter().enumerate() {
-        if let Some(Component::Texture(texture)) = bag.get(Kind::Texture) {
+    for (index, desc) in entities.iter().enumerate() {
+        if let Some(Component::Texture(texture)) = desc.get(Kind::Texture) {
             read(component_path(index, Kind::Texture), texture, true);
         }
     }

@@ -24,15 +24,15 @@ pub fn complain<T>(message: impl Into<String>, help: Option<String>) -> Fallible
 }
 
 /// The script as text, for the places of its mistakes.
-pub struct Source {
+pub struct ScriptSource {
     pub file: Arc<str>,
     pub text: String,
 }
 
 /// A script and its modules as text.
-pub struct Sources {
-    main: Source,
-    modules: Vec<Source>,
+pub struct ScriptSources {
+    main: ScriptSource,
+    modules: Vec<ScriptSource>,
 }
 
 /// What was evaluated when something went wrong.
@@ -46,20 +46,20 @@ pub struct Call<'a> {
     pub place: Option<Position>,
 }
 
-impl Sources {
-    pub fn new(main: Source) -> Self {
-        Sources { main, modules: Vec::new() }
+impl ScriptSources {
+    pub fn new(main: ScriptSource) -> Self {
+        ScriptSources { main, modules: Vec::new() }
     }
 
-    pub fn main(&self) -> &Source {
+    pub fn main(&self) -> &ScriptSource {
         &self.main
     }
 
-    pub fn add(&mut self, module: Source) {
+    pub fn add(&mut self, module: ScriptSource) {
         self.modules.push(module);
     }
 
-    pub fn of(&self, file: &str) -> Option<&Source> {
+    pub fn of(&self, file: &str) -> Option<&ScriptSource> {
         std::iter::once(&self.main).chain(&self.modules).find(|source| *source.file == *file)
     }
 
@@ -182,7 +182,7 @@ impl Sources {
     }
 }
 
-impl Source {
+impl ScriptSource {
     pub fn place(&self, at: Position) -> Place {
         match (at.line(), at.position()) {
             (Some(line), column) => {

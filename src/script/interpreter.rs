@@ -5,11 +5,11 @@ use std::sync::{Arc, Mutex};
 
 use ::rhai::{AST, ASTNode, CallFnOptions, Dynamic, Engine, Map, Position, Scope, Stmt};
 
-use super::engine::{self, Top};
-use super::errors::{Call, Fallible, Source, Sources};
+use super::engine::{self, TopLevel};
+use super::errors::{Call, Fallible, ScriptSource, ScriptSources};
 use super::handles::SceneHandle;
 use super::modules::{ModuleGraph, ModuleLoader};
-use super::overlay::{Index, Overlay};
+use super::overlay::{NameIndex, Overlay};
 use super::time::{self, Header};
 use super::{errors, sandbox};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place};
@@ -22,9 +22,9 @@ pub struct Interpreter {
     ast: AST,
     constants: Map,
     header: Header,
-    sources: Sources,
+    sources: ScriptSources,
     /// Names of the scene that frames start from, made once.
-    index: Mutex<Option<(Arc<Scene>, Arc<Index>)>>,
+    index: Mutex<Option<(Arc<Scene>, Arc<NameIndex>)>>,
 }
 
 impl Interpreter {
@@ -38,8 +38,8 @@ impl Interpreter {
         let text = files::read_text(path, limits::SCRIPT_FILE_BYTES)?;
         let folder: PathBuf = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let file = path.to_string_lossy().into_owned();
-        let mut sources = Sources::new(Source { file: file.as_str().into(), text: text.clone() });
-        let top = Arc::new(Mutex::new(Top::default()));
+        let mut sources = ScriptSources::new(ScriptSource { file: file.as_str().into(), text: text.clone() });
+        let top = Arc::new(Mutex::new(TopLevel::default()));
         let constants = Arc::new(Mutex::new(Map::new()));
         let graph = ModuleGraph::default();
         let mut engine = engine::new(defines, &top, &constants);
@@ -175,14 +175,14 @@ impl Interpreter {
         outcome.err().map(|error| errors::position(&error))
     }
 
-    fn index_of(&self, scene: &Arc<Scene>) -> Arc<Index> {
-        let Ok(mut kept) = self.index.lock() else { return Arc::new(Index::new(scene)) };
+    fn index_of(&self, scene: &Arc<Scene>) -> Arc<NameIndex> {
+        let Ok(mut kept) = self.index.lock() else { return Arc::new(NameIndex::new(scene)) };
         if let Some((known, index)) = &*kept
             && Arc::ptr_eq(known, scene)
         {
             return index.clone();
         }
-        let index = Arc::new(Index::new(scene));
+        let index = Arc::new(NameIndex::new(scene));
         *kept = Some((scene.clone(), index.clone()));
         index
     }

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ::rhai::{AST, ASTNode, Engine, EvalAltResult, Expr, Module, ModuleResolver, Position, Scope, Shared, Stmt};
 use rustc_hash::FxHashMap;
 
-use super::errors::{Source, Sources};
+use super::errors::{ScriptSource, ScriptSources};
 use super::sandbox;
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::project::{FileRole, Folder, Project};
@@ -55,7 +55,7 @@ pub struct ModuleLoader<'a> {
     pub project: &'a Arc<Project>,
     /// The script's folder.
     pub folder: &'a Path,
-    pub sources: &'a mut Sources,
+    pub sources: &'a mut ScriptSources,
     /// From the script to the module that is being read.
     chain: Vec<String>,
     bytes: usize,
@@ -67,7 +67,7 @@ impl<'a> ModuleLoader<'a> {
         graph: &'a ModuleGraph,
         project: &'a Arc<Project>,
         folder: &'a Path,
-        sources: &'a mut Sources,
+        sources: &'a mut ScriptSources,
     ) -> Self {
         ModuleLoader { engine, graph, project, folder, sources, chain: Vec::new(), bytes: 0 }
     }
@@ -117,7 +117,7 @@ impl<'a> ModuleLoader<'a> {
             let message = format!("more than {} modules, or {most} MiB of them", limits::SCRIPT_MODULES);
             return Err(self.mistake(importer, at, &message).into());
         }
-        self.sources.add(Source { file: known.into(), text: text.clone() });
+        self.sources.add(ScriptSource { file: known.into(), text: text.clone() });
         let compiled = self.engine.compile(&text).map_err(|error| self.sources.diagnose_in(known, error.into()))?;
         let mut ast = compiled;
         ast.set_source(known);

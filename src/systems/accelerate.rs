@@ -16,8 +16,8 @@ pub fn update(stage: &mut Stage, share: Share, rebuilt: bool) -> bool {
     let key = AccelKey { choice: settings.accel, density: settings.grid_density };
     let of_picture = rays_of(&settings);
     let now = of_picture / f64::from(share.of);
-    let at_most = of_picture * f64::from(stage.pictures);
-    let kept = &mut stage.kept;
+    let at_most = of_picture * f64::from(stage.frames_left);
+    let kept = &mut stage.derived;
     let before = kept.accelerator.as_ref().map(|(_, accelerator)| accelerator);
     // One that lasted so long is expected to last as long again, and the first one as long as there is anything to draw.
     let expected = if before.is_some() { kept.served.max(now).min(at_most) } else { at_most };

@@ -9,7 +9,7 @@ use anim::load;
 use anim::script::host::{HOST_WORD, HostCommand};
 use anim::script::{Evaluation, Program};
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
 const SCENE: &str = "(render: (size: (8, 8), samples: 1), entities: [(name: \"ball\", sphere: ())])";
 
@@ -52,7 +52,7 @@ fn a_process_of_its_own_gives_the_edits_of_this_process() {
 
 #[test]
 fn many_threads_ask_at_once() {
-    let desk = Desk::new();
+    let desk = Sandbox::new();
     desk.write("a.rhai", "animation(#{ frames: 64 }); fn frame(s, f) { s.camera.fov = 20 + f.number / 2.0; }");
     let hosted = program(&desk.path("a.rhai"), Some(this_host())).unwrap();
     let here = program(&desk.path("a.rhai"), None).unwrap();
@@ -78,7 +78,7 @@ fn shell(command: &str) -> HostCommand {
 #[cfg(unix)]
 #[test]
 fn the_end_of_a_process_is_an_error_of_its_script() {
-    let desk = Desk::new();
+    let desk = Sandbox::new();
     desk.write("a.rhai", "animation(#{}); fn frame(s, f) {}");
     let said = |command: &str| program(&desk.path("a.rhai"), Some(shell(command))).err().unwrap();
     for (command, words) in [
@@ -99,7 +99,7 @@ fn the_end_of_a_process_is_an_error_of_its_script() {
 #[cfg(target_os = "linux")]
 #[test]
 fn the_line_at_which_a_process_ended_is_found() {
-    let desk = Desk::new();
+    let desk = Sandbox::new();
     let script = "animation(#{ frames: 3 });
 fn more(s, text) {
     s.spawn(#{ tags: [text] });
@@ -128,7 +128,7 @@ fn frame(s, f) {
 
 #[test]
 fn what_a_script_holds_is_counted_together() {
-    let desk = Desk::new();
+    let desk = Sandbox::new();
     let body =
         "let text = \"x\"; text.pad(1000000, 'x');\n    for i in 0..2000 {\n        s.spawn(#{ tags: [text] });\n    }";
     desk.write("a.rhai", format!("animation(#{{}});\nfn frame(s, f) {{\n    {body}\n}}"));
@@ -138,7 +138,7 @@ fn what_a_script_holds_is_counted_together() {
 
 #[test]
 fn modules_are_known_before_anything_runs() {
-    let desk = Desk::new();
+    let desk = Sandbox::new();
     let main = |import: &str| {
         format!("animation(#{{}});\nfn frame(s, f) {{\n    import \"{import}\" as m;\n    s.camera.fov = m::fov();\n}}")
     };
@@ -168,7 +168,7 @@ fn modules_are_known_before_anything_runs() {
 
 #[test]
 fn nothing_outside_of_the_project_is_read() {
-    let desk = Desk::new();
+    let desk = Sandbox::new();
     let png = anim_png();
     desk.write("p/golden.ron", "").write("p/shots/t.png", &png).write("p/in.png", &png).write("out.png", &png);
     desk.write("out/m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").write("out/b.ron", SCENE);
@@ -219,7 +219,7 @@ fn anim_png() -> Vec<u8> {
 #[cfg(unix)]
 #[test]
 fn pipes_and_devices_are_not_waited_for() {
-    let desk = Desk::new();
+    let desk = Sandbox::new();
     let made = std::process::Command::new("mkfifo").arg(desk.path("pipe.ron")).status();
     if made.is_ok_and(|status| status.success()) {
         desk.anim("check pipe.ron").fails(3, &["pipe.ron", "not a file"]);

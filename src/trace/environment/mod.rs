@@ -14,7 +14,7 @@ use glam::{Vec2, Vec3};
 use super::texture::{Cone, Sheet};
 use crate::base::color::luminance;
 use crate::base::math::sin_cos_degrees;
-use crate::components::{Picture, TexelFilter, Wrap};
+use crate::components::{MipMap, TexelFilter, Wrap};
 pub use cube::{CubeMap, FACES, Face};
 use distribution::Distribution;
 
@@ -23,7 +23,7 @@ use distribution::Distribution;
 pub enum Source {
     Cube(Arc<CubeMap>),
     /// Equirectangular: u is the angle around y, 0.5 at -z and growing to the right (towards +x), v from -y up to +y.
-    Sphere(Arc<Picture>),
+    Sphere(Arc<MipMap>),
     /// Colours straight up, at the horizon and straight down.
     Sky([Vec3; 3]),
 }
@@ -146,7 +146,7 @@ impl Source {
 }
 
 /// An equirectangular picture in a direction, over a cone of this angle.
-fn around(picture: &Picture, d: Vec3, spread: f32) -> Vec3 {
+fn around(picture: &MipMap, d: Vec3, spread: f32) -> Vec3 {
     let across = (d.x * d.x + d.z * d.z).sqrt();
     let u = 0.5 + libm::atan2f(d.x, -d.z) / TURN;
     let v = libm::atan2f(across, -d.y) * (2.0 / TURN);

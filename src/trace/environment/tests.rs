@@ -13,7 +13,7 @@ fn speckled(width: u32, height: u32, key: u64) -> impl Fn(u32) -> [f32; 3] {
 
 fn sphere(width: u32, height: u32) -> Source {
     let texel = speckled(width, height, 5);
-    Source::Sphere(Arc::new(Picture::new(width, height, Texels::Floats((0..width * height).map(texel).collect()))))
+    Source::Sphere(Arc::new(MipMap::new(width, height, Texels::Floats((0..width * height).map(texel).collect()))))
 }
 
 fn cube() -> Source {
@@ -101,7 +101,7 @@ fn samples_and_densities_agree() {
 fn nothing_bright_is_never_sampled() {
     let mut texels = vec![[0.0; 3]; 40 * 20];
     texels[40 * 7 + 11] = [1.0; 3];
-    let source = Source::Sphere(Arc::new(Picture::new(40, 20, Texels::Floats(texels))));
+    let source = Source::Sphere(Arc::new(MipMap::new(40, 20, Texels::Floats(texels))));
     let mut environment = Environment::new(source, 1.0, 0.0);
     environment.prepare();
     for d in even(20_000).filter(|d| environment.lookup(*d).x > 1e-4) {
@@ -113,7 +113,7 @@ fn nothing_bright_is_never_sampled() {
 fn pictures_of_the_sphere_lie_as_they_are_said_to() {
     // Red runs with u, green with v from the bottom.
     let texel = |i: u32| [((i % 64) as f32 + 0.5) / 64.0, 1.0 - ((i / 64) as f32 + 0.5) / 32.0, 0.0];
-    let picture = Arc::new(Picture::new(64, 32, Texels::Floats((0..64 * 32).map(texel).collect())));
+    let picture = Arc::new(MipMap::new(64, 32, Texels::Floats((0..64 * 32).map(texel).collect())));
     let look = |degrees, d: Vec3| Environment::new(Source::Sphere(picture.clone()), 1.0, degrees).lookup(d);
     assert!((look(0.0, Vec3::NEG_Z) - Vec3::new(0.5, 0.5, 0.0)).length() < 1e-5);
     assert!((look(0.0, Vec3::X) - Vec3::new(0.75, 0.5, 0.0)).length() < 1e-5);

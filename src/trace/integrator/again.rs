@@ -6,7 +6,7 @@
 
 use super::adaptive::whole_blocks;
 use super::{BATCH, Share, View, expose_pixels, place_in_pixel, trace_batch};
-use crate::film::Tally;
+use crate::film::PixelAccumulator;
 use crate::trace::Worker;
 use crate::trace::footprint::{Changes, Trail};
 use crate::trace::sampler::Sampler;
@@ -17,7 +17,7 @@ pub fn expose_again(
     places: &[[u32; 2]],
     changes: &Changes,
     trail: &mut Trail,
-    tally: &mut Tally,
+    tally: &mut PixelAccumulator,
     worker: &mut Worker,
 ) -> usize {
     let stale = trail.stale(changes);
@@ -43,7 +43,7 @@ fn samples(
     places: &[[u32; 2]],
     (stale, changes): (&[u32], &Changes),
     trail: &mut Trail,
-    tally: &mut Tally,
+    tally: &mut PixelAccumulator,
     worker: &mut Worker,
 ) {
     let each = trail.each();

@@ -53,7 +53,7 @@ use super::texture::{Cone, Skins};
 use super::{Accelerator, Geometry, Worker};
 use crate::base::random::combine;
 use crate::components::{Fresnel, Integrator, Render, Shadows};
-use crate::film::{FilterTable, Tally};
+use crate::film::{FilterTable, PixelAccumulator};
 pub use adaptive::Noise;
 pub use again::expose_again;
 pub use photon::{Guide, Photons, Shelf};
@@ -217,7 +217,7 @@ const BATCH: usize = 2048;
 /// shares stay equal.
 ///
 /// There is a tally for each pass; all but the light of what has a pass of its own goes into the first.
-pub fn expose(view: View, places: &[[u32; 2]], share: Share, tallies: &mut [Tally], worker: &mut Worker) {
+pub fn expose(view: View, places: &[[u32; 2]], share: Share, tallies: &mut [PixelAccumulator], worker: &mut Worker) {
     expose_pixels(view, places, (0..places.len() as u32).collect(), share, tallies, worker);
 }
 
@@ -227,7 +227,7 @@ fn expose_pixels(
     places: &[[u32; 2]],
     mut active: Vec<u32>,
     share: Share,
-    tallies: &mut [Tally],
+    tallies: &mut [PixelAccumulator],
     worker: &mut Worker,
 ) {
     for round in 0..view.settings.rounds {
@@ -251,7 +251,7 @@ struct Picked<'a> {
 }
 
 /// Adds a share of one round of samples to the active pixels.
-fn sample(view: View, picked: Picked, tallies: &mut [Tally], worker: &mut Worker) {
+fn sample(view: View, picked: Picked, tallies: &mut [PixelAccumulator], worker: &mut Worker) {
     let Picked { round, share, places, active } = picked;
     let seed = if round == 0 { view.settings.seed } else { combine(view.settings.seed, round.into()) };
     let mut batch = Batch::default();
@@ -280,7 +280,7 @@ struct Batch {
 }
 
 /// Adds the samples to their pixels, and empties the batch.
-fn add_batch(view: View, batch: &mut Batch, tallies: &mut [Tally], worker: &mut Worker) {
+fn add_batch(view: View, batch: &mut Batch, tallies: &mut [PixelAccumulator], worker: &mut Worker) {
     let mut buffers = std::mem::take(&mut worker.waves);
     if view.lookout.is_some() {
         worker.footprint.begin_of_pixels(batch.pixels.iter().copied());

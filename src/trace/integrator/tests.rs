@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 
 use super::*;
 use crate::components::{Accel, Camera, Filter, Material};
-use crate::film::Gather;
+use crate::film::AccumulatorOptions;
 use crate::trace::geometry::LocalShape;
 use crate::trace::lights::Light;
 use crate::trace::{Sides, Tag};
@@ -102,8 +102,8 @@ fn picture(render: &Render, lanes: Width, features: bool) -> (Vec<[f32; 3]>, cra
         photons: None,
     };
     let places: Vec<[u32; 2]> = (0..300).map(|i| [i % 20, i / 20]).collect();
-    let gather = Gather { clamp: None, signed: false, moments: false, features };
-    let mut tally = [Tally::new(places.len(), gather)];
+    let gather = AccumulatorOptions { clamp: None, signed: false, moments: false, features };
+    let mut tally = [PixelAccumulator::new(places.len(), gather)];
     let mut worker = Worker::default();
     expose(view, &places, Share::WHOLE, &mut tally, &mut worker);
     ((0..places.len()).map(|i| tally[0].color(i)).collect(), worker.counters)

@@ -3,7 +3,7 @@
 use glam::Vec2;
 use glam::Vec3;
 
-use crate::components::{Level, Picture, TexelFilter, Wrap};
+use crate::components::{MipLevel, MipMap, TexelFilter, Wrap};
 
 /// How a picture is looked up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +21,7 @@ const TAPS: f32 = 8.0;
 
 impl Sheet {
     /// The colour at `uv` (v from the bottom row up), over a footprint with these axes.
-    pub fn color(self, picture: &Picture, uv: Vec2, axes: [Vec2; 2], edges: Edges) -> Vec3 {
+    pub fn color(self, picture: &MipMap, uv: Vec2, axes: [Vec2; 2], edges: Edges) -> Vec3 {
         let level = &picture.levels[0];
         match self.filter {
             TexelFilter::Nearest => self.nearest(level, uv, edges),
@@ -30,7 +30,7 @@ impl Sheet {
         }
     }
 
-    fn averaged(self, picture: &Picture, uv: Vec2, [a, b]: [Vec2; 2], edges: Edges) -> Vec3 {
+    fn averaged(self, picture: &MipMap, uv: Vec2, [a, b]: [Vec2; 2], edges: Edges) -> Vec3 {
         let side = Vec2::new(picture.levels[0].width as f32, picture.levels[0].height as f32);
         let (long, short) = ((a * side).length(), (b * side).length());
         let (axis, long, short) = if long >= short { (a, long, short) } else { (b, short, long) };
@@ -58,12 +58,12 @@ impl Sheet {
         sum / taps
     }
 
-    fn nearest(self, level: &Level, uv: Vec2, edges: Edges) -> Vec3 {
+    fn nearest(self, level: &MipLevel, uv: Vec2, edges: Edges) -> Vec3 {
         let [x, y] = self.place(level, uv, edges, 0.0);
         level.texel(self.index(x.floor(), level.width), self.index(y.floor(), level.height))
     }
 
-    fn bilinear(self, level: &Level, uv: Vec2, edges: Edges) -> Vec3 {
+    fn bilinear(self, level: &MipLevel, uv: Vec2, edges: Edges) -> Vec3 {
         let [x, y] = self.place(level, uv, edges, 0.5).map(|x| x - 0.5);
         let (fx, fy) = (x - x.floor(), y - y.floor());
         let columns = [self.index(x.floor(), level.width), self.index(x.floor() + 1.0, level.width)];
@@ -77,7 +77,7 @@ impl Sheet {
     }
 
     /// Texture coordinates as a place on a level, in texels from the top left; within one repeat.
-    fn place(self, level: &Level, uv: Vec2, edges: Edges, margin: f32) -> [f32; 2] {
+    fn place(self, level: &MipLevel, uv: Vec2, edges: Edges, margin: f32) -> [f32; 2] {
         let along = |x: f32, side: u32, edge: Option<[f32; 2]>| {
             let side = side as f32;
             let mut x = x;
@@ -119,9 +119,9 @@ mod tests {
     }
 
     /// Red counts columns from the left, green rows from the top.
-    fn numbered(width: u32, height: u32) -> Picture {
+    fn numbered(width: u32, height: u32) -> MipMap {
         let texel = |i: u32| [(i % width) as f32, (i / width) as f32, 1.0];
-        Picture::new(width, height, Texels::Floats((0..width * height).map(texel).collect()))
+        MipMap::new(width, height, Texels::Floats((0..width * height).map(texel).collect()))
     }
 
     #[test]

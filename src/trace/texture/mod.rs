@@ -19,7 +19,7 @@ use super::surfacing::Surfacing;
 use super::{Geometry, Hit, Ray, Surface};
 use crate::base::color::luminance;
 use crate::base::math::sin_cos_degrees;
-use crate::components::{Pattern, Picture, Space, Texture};
+use crate::components::{MipMap, Pattern, Space, Texture};
 pub use cone::Cone;
 use image::Edges;
 pub use image::Sheet;
@@ -28,7 +28,7 @@ use pattern::Motif;
 /// Where a texture gets its colours from.
 #[derive(Clone, Debug, PartialEq)]
 enum Source {
-    Picture(Arc<Picture>, Sheet),
+    MipMap(Arc<MipMap>, Sheet),
     Pattern(Motif),
 }
 
@@ -49,10 +49,10 @@ const ENDLESS: f32 = 1e9;
 
 impl Layer {
     /// `picture` is the one that the texture names, if it names one.
-    pub fn new(texture: &Texture, picture: Option<Arc<Picture>>) -> Self {
+    pub fn new(texture: &Texture, picture: Option<Arc<MipMap>>) -> Self {
         let sheet = Sheet { wrap: texture.wrap, filter: texture.filter };
         let source = match picture {
-            Some(picture) => Source::Picture(picture, sheet),
+            Some(picture) => Source::MipMap(picture, sheet),
             None => Source::Pattern(Motif::new(texture, texture.pattern.unwrap_or(Pattern::Checker))),
         };
         let (sin, cos) = sin_cos_degrees(texture.rotation);
@@ -111,7 +111,7 @@ impl Layer {
 
     fn at(&self, spot: &Spot, p: Vec3, axes: [Vec3; 2]) -> Vec3 {
         match &self.source {
-            Source::Picture(picture, sheet) => {
+            Source::MipMap(picture, sheet) => {
                 sheet.color(picture, p.truncate(), axes.map(Vec3::truncate), self.edges(spot))
             }
             Source::Pattern(motif) => motif.color(p, axes),
@@ -132,7 +132,7 @@ impl Layer {
     fn slope(&self, spot: &Spot) -> Vec3 {
         let (p, axes, gradients) = (self.coordinates(spot), self.axes(spot), self.gradients(spot));
         let least = match &self.source {
-            Source::Picture(picture, _) => {
+            Source::MipMap(picture, _) => {
                 let level = &picture.levels[0];
                 Vec3::new(0.5 / level.width as f32, 0.5 / level.height as f32, 1.0)
             }

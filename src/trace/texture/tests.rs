@@ -16,11 +16,11 @@ fn pattern(pattern: Pattern) -> Texture {
     Texture { pattern: Some(pattern), turbulence: Some(0.0), ..Texture::default() }
 }
 
-fn painted(texture: &Texture, picture: Option<Picture>) -> Dress {
+fn painted(texture: &Texture, picture: Option<MipMap>) -> Dress {
     Dress { color: vec![Layer::new(texture, picture.map(Arc::new))], ..Dress::default() }
 }
 
-fn bumpy(texture: &Texture, picture: Option<Picture>) -> Dress {
+fn bumpy(texture: &Texture, picture: Option<MipMap>) -> Dress {
     Dress { bump: Some(Layer::new(texture, picture.map(Arc::new))), ..Dress::default() }
 }
 
@@ -63,9 +63,9 @@ impl Model {
 }
 
 /// A picture without any order, of mean about one half.
-fn speckles(width: u32, height: u32) -> Picture {
+fn speckles(width: u32, height: u32) -> MipMap {
     let texel = |i: u32| [1, 2, 3].map(|k| (crate::base::random::mix(u64::from(3 * i + k)) & 255) as u8);
-    Picture::new(width, height, Texels::Bytes((0..width * height).map(texel).collect()))
+    MipMap::new(width, height, Texels::Bytes((0..width * height).map(texel).collect()))
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn a_globe_has_no_seam_and_no_mixed_poles() {
         let (x, y) = (i % 64, i / 64);
         [1.0 - y as f32 / 31.0, 0.5 + 0.5 * libm::cosf(std::f32::consts::TAU * (x as f32 + 0.5) / 64.0), 0.0]
     };
-    let picture = Picture::new(64, 32, Texels::Floats((0..64 * 32).map(texel).collect()));
+    let picture = MipMap::new(64, 32, Texels::Floats((0..64 * 32).map(texel).collect()));
     let texture = Texture { image: Some("x".into()), ..Texture::default() };
     let model = Model::new(painted(&texture, Some(picture)), |g| g.push_sphere(Tag::default(), Vec3::ZERO, 1.0));
     for spread in [0.0, 0.01, 0.1] {
@@ -153,7 +153,7 @@ fn a_globe_has_no_seam_and_no_mixed_poles() {
 #[test]
 fn a_ramp_tilts_the_normal_by_its_slope() {
     let texel = |i: u32| [(i % 256) as f32 / 256.0; 3];
-    let picture = Picture::new(256, 1, Texels::Floats((0..256).map(texel).collect()));
+    let picture = MipMap::new(256, 1, Texels::Floats((0..256).map(texel).collect()));
     let texture = Texture { image: Some("x".into()), depth: Some(0.5), ..Texture::default() };
     let model = Model::floor(bumpy(&texture, Some(picture)));
     for (from, side) in [(Vec3::new(0.4, 3.0, 0.2), 1.0), (Vec3::new(0.4, -3.0, 0.2), -1.0)] {
@@ -210,7 +210,7 @@ fn bumps_never_turn_a_normal_away() {
 /// A flat height or a flat normal map changes no bit of the normal.
 #[test]
 fn flat_maps_bend_nothing() {
-    let flat = Picture::new(2, 2, Texels::Floats(vec![[0.5, 0.5, 1.0]; 4]));
+    let flat = MipMap::new(2, 2, Texels::Floats(vec![[0.5, 0.5, 1.0]; 4]));
     let texture = Texture { image: Some("x".into()), ..Texture::default() };
     let layer = Layer::new(&texture, Some(Arc::new(flat)));
     for dress in

@@ -1,4 +1,4 @@
-//! World -> the textures that entities wear, and where each entity's local space stands.
+//! World -> texture bindings of entities: the maps of their materials, their own textures, and their local spaces.
 
 use std::sync::Arc;
 
@@ -6,15 +6,15 @@ use glam::{DAffine3, Vec3};
 use rustc_hash::FxHashMap;
 
 use super::hierarchy::Placement;
-use super::stage::{Absent, Order, Stage};
+use super::stage::{AuthoredIndex, Despawned, Stage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::*;
 use crate::load::image;
 use crate::trace::geometry::{Bounds, Frame, Map};
 use crate::trace::texture::{Dress, Layer, Skins};
 
-/// Every texture of the World, called for with who has it and whether it is of colours.
-fn each_texture(
+/// Calls for every texture of the World, with whether it is of colours and with what a message calls its owner.
+fn for_each_texture(
     stage: &Stage,
     mut call: impl FnMut(&Texture, bool, &dyn Fn() -> String) -> Result<(), Diagnostic>,
 ) -> Result<(), Diagnostic> {
@@ -25,7 +25,7 @@ fn each_texture(
             call(texture, coloured, &|| format!("`{field}` of material `{}`", name()))?;
         }
     }
-    let mut query = stage.world.query::<(&Order, &Texture)>().without::<&Absent>();
+    let mut query = stage.world.query::<(&AuthoredIndex, &Texture)>().without::<&Despawned>();
     let mut found: Vec<_> = query.iter().collect();
     found.sort_by_key(|(order, _)| **order);
     for (order, texture) in found {
@@ -38,29 +38,29 @@ fn each_texture(
 ///
 /// # Errors
 /// A picture that cannot be read, and who names it.
-pub fn read_pictures(stage: &mut Stage) -> Result<(), Diagnostics> {
-    let mut pictures = std::mem::take(&mut stage.kept.pictures);
+pub fn load_images(stage: &mut Stage) -> Result<(), Diagnostics> {
+    let mut images = std::mem::take(&mut stage.derived.images);
     let curved = stage.settings().transfer == Transfer::Srgb;
-    let read = each_texture(stage, |texture, coloured, owner| {
+    let read = for_each_texture(stage, |texture, coloured, owner| {
         let Some(file) = &texture.image else { return Ok(()) };
-        let fetched = image::fetch(&mut pictures, &stage.base, file, texture.decodes(coloured && curved));
+        let fetched = image::fetch(&mut images, &stage.base, file, texture.decodes(coloured && curved));
         fetched.map(|_| ()).map_err(|e| Diagnostic { message: format!("{}: {}", owner(), e.message), ..e })
     });
-    stage.kept.pictures = pictures;
+    stage.derived.images = images;
     read.map_err(Diagnostics::from)
 }
 
-/// What every entity wears: the maps of its material, and its own texture over them.
+/// The textures of every entity: the maps of its material, and its own texture over them.
 ///
 /// # Errors
-/// As [`read_pictures`].
-pub fn skins(stage: &mut Stage) -> Result<Skins, Diagnostics> {
-    read_pictures(stage)?;
+/// As [`load_images`].
+pub fn texture_bindings(stage: &mut Stage) -> Result<Skins, Diagnostics> {
+    load_images(stage)?;
     let stage = &*stage;
     let curved = stage.settings().transfer == Transfer::Srgb;
     let layer = |texture: &Texture, coloured: bool| {
         let picture =
-            |file: &Text| stage.kept.pictures.0.get(&(file.clone(), texture.decodes(coloured && curved))).cloned();
+            |file: &Text| stage.derived.images.0.get(&(file.clone(), texture.decodes(coloured && curved))).cloned();
         Layer::new(texture, texture.image.as_ref().and_then(picture))
     };
     let of_material = |entity: &hecs::Entity| {
@@ -76,36 +76,36 @@ pub fn skins(stage: &mut Stage) -> Result<Skins, Diagnostics> {
             }
         })
     };
-    let dresses: Vec<Dress> = stage.materials.iter().map(of_material).collect();
-    let mut skins = Skins::default();
+    let sets: Vec<Dress> = stage.materials.iter().map(of_material).collect();
+    let mut bindings = Skins::default();
     let of_material: Vec<Option<u32>> =
-        dresses.iter().map(|dress| (!dress.is_empty()).then(|| skins.add(dress.clone()))).collect();
+        sets.iter().map(|set| (!set.is_empty()).then(|| bindings.add(set.clone()))).collect();
     type Parts<'q> =
-        (&'q Order, Option<&'q Texture>, Option<&'q MaterialName>, Option<&'q Placement>, Option<&'q Mesh>);
+        (&'q AuthoredIndex, Option<&'q Texture>, Option<&'q MaterialName>, Option<&'q Placement>, Option<&'q Mesh>);
     let textured = of_material.iter().any(Option::is_some);
     if !textured && stage.world.query::<&Texture>().iter().next().is_none() {
-        return Ok(skins);
+        return Ok(bindings);
     }
-    let mut query = stage.world.query::<Parts>().without::<&Absent>();
+    let mut query = stage.world.query::<Parts>().without::<&Despawned>();
     let mut found: Vec<_> = query.iter().filter(|(_, texture, ..)| textured || texture.is_some()).collect();
     found.sort_by_key(|(order, ..)| **order);
-    // Entities that are textured alike share what they wear.
+    // Entities that are textured alike share a set of textures.
     let mut own: FxHashMap<(Option<usize>, String), u32> = FxHashMap::default();
-    for (order, texture, worn, placement, mesh) in found {
-        let material = worn.and_then(|name| stage.material_names.get(&name.0).copied());
-        let dress = match texture {
+    for (order, texture, material_name, placement, mesh) in found {
+        let material = material_name.and_then(|name| stage.material_names.get(&name.0).copied());
+        let set = match texture {
             None => material.and_then(|i| of_material[i]),
             Some(texture) => Some(*own.entry((material, format!("{texture:?}"))).or_insert_with(|| {
-                let mut dress = material.map_or_else(Dress::default, |i| dresses[i].clone());
-                dress.color.push(layer(texture, true));
-                skins.add(dress)
+                let mut set = material.map_or_else(Dress::default, |i| sets[i].clone());
+                set.color.push(layer(texture, true));
+                bindings.add(set)
             })),
         };
-        if let Some(dress) = dress {
-            skins.put(order.0, frame(placement, mesh), dress);
+        if let Some(set) = set {
+            bindings.put(order.0, frame(placement, mesh), set);
         }
     }
-    Ok(skins)
+    Ok(bindings)
 }
 
 /// The local space of an entity, as `extract` has it.

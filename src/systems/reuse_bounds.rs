@@ -1,4 +1,4 @@
-//! Entities as bodies: where rays can meet them, and a digest of all that decides what they find there.
+//! Bounds of entities for reuse: where rays can meet an entity, and a digest of all that decides what they find there.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -6,30 +6,31 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 
 use super::hierarchy::Placement;
-use super::stage::{Order, Stage, get};
+use super::stage::{AuthoredIndex, Stage, get};
 use crate::base::digest::{Digest, Hasher};
 use crate::components::content::{feed_component, feed_record};
 use crate::components::*;
 use crate::trace::footprint::Place;
 
-/// What an entity is to rays.
+/// Where an entity can change what rays find.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Body {
+pub enum ReuseBounds {
     /// Not there, or nothing that a ray could meet.
     Nothing,
+    /// It has a finite size.
     Bounded {
         digest: Digest,
         place: Place,
         /// Address of its mesh: how a mesh is traced depends on how many share it.
         mesh: Option<usize>,
     },
-    /// It reaches everywhere, or shines: rays that never come near may know of it.
+    /// It reaches everywhere, or emits light: rays that never come near it depend on it too.
     Everywhere { digest: Digest },
 }
 
-/// What stands at an authored index, as the World is now.
-pub fn body(stage: &Stage, index: usize) -> Body {
-    let Some(entity) = stage.live(index) else { return Body::Nothing };
+/// The reuse bounds of the entity at an authored index, as the World is now.
+pub fn reuse_bounds(stage: &Stage, index: usize) -> ReuseBounds {
+    let Some(entity) = stage.live(index) else { return ReuseBounds::Nothing };
     let placement = stage.world.get::<&Placement>(entity).map_or(DAffine3::IDENTITY, |p| p.0);
     let mut hasher = Hasher::default();
     placement.to_cols_array().into_iter().for_each(|x| hasher.number(x));
@@ -37,14 +38,14 @@ pub fn body(stage: &Stage, index: usize) -> Body {
     for component in Kind::ALL.iter().filter_map(|kind| get(&stage.world, entity, *kind)) {
         feed_component(&component, |_| true, &mut hasher, &mut |_, _| {});
         match &component {
-            Component::MaterialName(worn) => {
-                let number = stage.material_names.get(&worn.0);
+            Component::MaterialName(name) => {
+                let number = stage.material_names.get(&name.0);
                 let material = number.and_then(|i| stage.world.get::<&Material>(stage.materials[*i]).ok());
                 let Some(material) = material else {
                     everywhere = true;
                     continue;
                 };
-                everywhere |= shines(&material);
+                everywhere |= is_emissive(&material);
                 feed_record(&*material, |_| true, &mut hasher, &mut |_, _| {});
             }
             Component::Mesh(shape) => mesh = Some(Arc::as_ptr(&shape.data) as usize),
@@ -55,19 +56,20 @@ pub fn body(stage: &Stage, index: usize) -> Body {
         }
         if has_surface(&component) {
             let turned = placement.matrix3.transpose();
-            let reach = |d: DVec3| farthest(&component, turned * d) + placement.translation.dot(d);
-            place = Some(place.unwrap_or_default().union(Place::new(reach).wider(roundings(&component, &placement))));
+            let reach = |d: DVec3| support(&component, turned * d) + placement.translation.dot(d);
+            place =
+                Some(place.unwrap_or_default().union(Place::new(reach).wider(rounding_error(&component, &placement))));
         }
     }
     let digest = hasher.finish();
     if everywhere {
-        return Body::Everywhere { digest };
+        return ReuseBounds::Everywhere { digest };
     }
-    place.map_or(Body::Nothing, |place| Body::Bounded { digest, place, mesh })
+    place.map_or(ReuseBounds::Nothing, |place| ReuseBounds::Bounded { digest, place, mesh })
 }
 
-/// Whether surfaces of the material are lights to others.
-fn shines(material: &Material) -> bool {
+/// Whether surfaces of the material light others.
+fn is_emissive(material: &Material) -> bool {
     material.emission != DVec3::ZERO
 }
 
@@ -90,16 +92,17 @@ fn has_surface(component: &Component) -> bool {
     }
 }
 
-/// How far off a shape may be found by rays that are brought into its local space: more, the farther it lies from the
-/// middle of that.
-fn roundings(component: &Component, placement: &DAffine3) -> f64 {
-    let far = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]).map(|d| farthest(component, d).abs());
+/// How far off its place a shape may be intersected by rays in its local space, in world units: the error of `f32` grows
+/// with the distance from that space's origin.
+fn rounding_error(component: &Component, placement: &DAffine3) -> f64 {
+    let far = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]).map(|d| support(component, d).abs());
     let stretch = placement.matrix3.to_cols_array().into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     4e-6 * stretch * far.fold(0.0, f64::max)
 }
 
-/// The greatest product of a point of a shape and a direction of any length, in its local space.
-fn farthest(component: &Component, along: DVec3) -> f64 {
+/// The support function of a shape in its local space: the greatest dot product of its points and a direction, which may
+/// have any length.
+fn support(component: &Component, along: DVec3) -> f64 {
     let of_box = |[min, max]: [DVec3; 2]| (min * along).max(max * along).element_sum();
     let of_disks = |ends: [(DVec3, f64); 2]| {
         let axis = (ends[1].0 - ends[0].0).normalize_or_zero();
@@ -122,9 +125,9 @@ fn farthest(component: &Component, along: DVec3) -> f64 {
     }
 }
 
-/// Authored indices of all entities that these edits, which the World stands under, may have made other than at rest;
-/// `None` if there is no telling.
-pub fn affected(stage: &Stage, edits: &[Edit]) -> Option<BTreeSet<usize>> {
+/// Authored indices of all entities that may differ from the base scene under these edits, which the World stands under;
+/// `None` if any may.
+pub fn affected_entities(stage: &Stage, edits: &[Edit]) -> Option<BTreeSet<usize>> {
     let spawned = edits.iter().filter(|edit| matches!(edit, Edit::Spawn(_))).count();
     let mut found: BTreeSet<usize> = (stage.entities.len() - spawned..stage.entities.len()).collect();
     let mut materials = BTreeSet::new();
@@ -140,15 +143,15 @@ pub fn affected(stage: &Stage, edits: &[Edit]) -> Option<BTreeSet<usize>> {
         }
     }
     if !materials.is_empty() {
-        for (order, worn) in stage.world.query::<(&Order, &MaterialName)>().iter() {
-            if stage.material_names.get(&worn.0).is_some_and(|index| materials.contains(index)) {
+        for (order, material) in stage.world.query::<(&AuthoredIndex, &MaterialName)>().iter() {
+            if stage.material_names.get(&material.0).is_some_and(|index| materials.contains(index)) {
                 found.insert(order.0 as usize);
             }
         }
     }
     let mut open: Vec<usize> = found.iter().copied().collect();
     while let Some(index) = open.pop() {
-        let children = stage.kept.children.get(&index).into_iter().flatten();
+        let children = stage.derived.children.get(&index).into_iter().flatten();
         open.extend(children.filter(|child| found.insert(**child)));
     }
     Some(found)
@@ -195,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn shapes_reach_as_far_as_their_farthest_points() {
+    fn shapes_reach_as_far_as_their_support_points() {
         let vertex = |i: u32| {
             let t = f64::from(i);
             (DVec3::new(libm::cos(t), libm::sin(t * 1.7), libm::cos(t * 2.3)) * 3.0).as_vec3()
@@ -216,7 +219,7 @@ mod tests {
                 let t = f64::from(i);
                 let along = DVec3::new(libm::sin(t), libm::cos(t * 1.3), libm::sin(t * 0.7 + 1.0));
                 let found = points(&shape).into_iter().map(|p| p.dot(along)).fold(f64::NEG_INFINITY, f64::max);
-                let most = farthest(&shape, along);
+                let most = support(&shape, along);
                 assert!(found <= most + 1e-9 && most < found + slack, "{shape:?} {along} {found} {most}");
             }
         }

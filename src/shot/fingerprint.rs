@@ -2,7 +2,7 @@
 //!
 //! The scene that frames start from is hashed once. A frame then costs what its edits touch: a part of the scene is the
 //! sum of the digests of its members, each with its place in the authored order, so that a member can be taken out and
-//! put back changed. What does not show is left out: tags, materials that nothing wears, file names of what was read,
+//! put back changed. What does not show is left out: tags, materials that no entity has, file names of what was read,
 //! the accelerator, threads, and every comment and space in scene and script.
 
 use std::collections::BTreeMap;
@@ -13,12 +13,12 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::assets::Assets;
-pub use super::parts::Part;
-use super::parts::{Parts, with, without};
+pub use super::parts::FramePart;
+use super::parts::{PartDigests, with, without};
 use crate::base::digest::{Digest, Hasher};
 use crate::components::content::{feed_component, feed_record};
 use crate::components::*;
-use crate::systems::Shiner;
+use crate::systems::EmitterId;
 
 /// The number of the pictures themselves: raise it with every change to the program that changes a pixel or a byte of
 /// a file, so that frames of an older program count as stale.
@@ -34,32 +34,32 @@ const LENS: [&str; 6] = ["focus_distance", "focus", "aperture", "lens", "f_stop"
 const FILM: [&str; 9] =
     ["size", "bit_depth", "clamp", "exposure", "tone_map", "filter", "filter_width", "aovs", "denoise"];
 
-/// What shines in a frame in another colour than in the scene that frames start from.
+/// An emitter that has another colour in a frame than in the scene that frames start from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shine {
-    pub shiner: Shiner,
+pub struct EmitterColor {
+    pub emitter: EmitterId,
     pub color: DVec3,
 }
 
-/// A frame, known by its parts.
+/// A frame as digests of its parts.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Outline {
-    parts: Parts,
-    pub shines: Vec<Shine>,
+pub struct Fingerprint {
+    parts: PartDigests,
+    pub emitter_colors: Vec<EmitterColor>,
     /// Whether the picture is a sum over lights, as far as its settings go.
     pub is_sum: bool,
     /// The digest of all that decides the photons of the picture, if it is made with some: of the camera that is when
     /// its shutter opens and closes.
     pub photons: Option<Digest>,
-    /// Whether the picture changes only where bodies do, as far as camera and settings go.
-    pub is_still: bool,
+    /// Whether the picture changes only where rays meet objects that change, as far as camera and settings go.
+    pub has_static_camera: bool,
     /// Width and height of the picture.
     pub size: [u32; 2],
     /// What tracing it is estimated to cost: millions of steps of rays.
     pub cost: f64,
 }
 
-impl Outline {
+impl Fingerprint {
     /// The digest of all that decides the frame's pixels, the program included.
     pub fn hash(&self) -> Digest {
         let mut hasher = Hasher::default();
@@ -69,20 +69,20 @@ impl Outline {
         hasher.finish()
     }
 
-    /// The digest of all but the colours of what shines.
+    /// The digest of all but the colours of emitters.
     pub fn hash_without_colors(&self) -> Digest {
         let mut parts = self.parts;
-        parts[Part::LightColors as usize] = Digest::default();
-        Outline { parts, shines: Vec::new(), ..*self }.hash()
+        parts[FramePart::LightColors as usize] = Digest::default();
+        Fingerprint { parts, emitter_colors: Vec::new(), ..*self }.hash()
     }
 
     /// A frame of several moments, one at least; what times they are follows from camera and settings.
-    pub fn together(moments: &[Outline]) -> Outline {
+    pub fn of_moments(moments: &[Fingerprint]) -> Fingerprint {
         let first = moments.first().cloned().unwrap_or_default();
         if moments.len() <= 1 {
             return first;
         }
-        let mut hashers: [Hasher; Part::ALL.len()] = Default::default();
+        let mut hashers: [Hasher; FramePart::ALL.len()] = Default::default();
         for moment in moments {
             hashers.iter_mut().zip(moment.parts).for_each(|(hasher, part)| hasher.digest(part));
         }
@@ -93,65 +93,67 @@ impl Outline {
         };
         let photons = first.photons.map(|_| all());
         // Moments share the samples, and with them the cost.
-        Outline { parts: hashers.map(|hasher| hasher.finish()), photons, ..first }
+        Fingerprint { parts: hashers.map(|hasher| hasher.finish()), photons, ..first }
     }
 
-    /// Whether two frames show the same but for bodies that are elsewhere or otherwise.
-    pub fn stands_still_with(&self, other: &Outline) -> bool {
-        let others = [Part::Geometry, Part::Transforms, Part::Materials];
-        self.is_still && other.is_still && self.changes(other).iter().all(|part| others.contains(part))
+    /// Whether two frames differ in nothing but objects: their shapes, places and materials.
+    pub fn differs_in_objects_only(&self, other: &Fingerprint) -> bool {
+        let others = [FramePart::Geometry, FramePart::Transforms, FramePart::Materials];
+        self.has_static_camera
+            && other.has_static_camera
+            && self.changes(other).iter().all(|part| others.contains(part))
     }
 
     /// Whether two frames are made with the same photons.
-    pub fn shares_photons_with(&self, other: &Outline) -> bool {
+    pub fn shares_photons_with(&self, other: &Fingerprint) -> bool {
         self.photons.is_some() && self.photons == other.photons
     }
 
     /// The parts in which two frames differ.
-    pub fn changes(&self, before: &Outline) -> Vec<Part> {
-        Part::ALL.into_iter().filter(|part| self.parts[*part as usize] != before.parts[*part as usize]).collect()
+    pub fn changes(&self, before: &Fingerprint) -> Vec<FramePart> {
+        FramePart::ALL.into_iter().filter(|part| self.parts[*part as usize] != before.parts[*part as usize]).collect()
     }
 }
 
 /// What tracing depends on beside the settings.
 #[derive(Clone, Copy, Debug, Default)]
-struct Tally {
+struct SceneCounts {
     lights: i64,
     primitives: i64,
 }
 
 /// The scene that frames start from, hashed.
-pub struct Rest {
+pub struct BaseFingerprint {
     scene: Arc<Scene>,
     assets: Assets,
-    parts: Parts,
-    tally: Tally,
+    parts: PartDigests,
+    counts: SceneCounts,
     materials: FxHashMap<Text, usize>,
-    /// How many entities wear each material.
-    worn: Vec<i64>,
+    /// How many entities have each material.
+    uses: Vec<i64>,
 }
 
-impl Rest {
+impl BaseFingerprint {
     pub fn new(scene: Arc<Scene>, assets: Assets) -> Self {
         let materials: FxHashMap<Text, usize> =
             scene.materials.iter().enumerate().map(|(i, (name, _))| (name.clone(), i)).collect();
-        let mut rest = Rest {
-            parts: Parts::default(),
-            tally: Tally::default(),
-            worn: vec![0; scene.materials.len()],
+        let mut rest = BaseFingerprint {
+            parts: PartDigests::default(),
+            counts: SceneCounts::default(),
+            uses: vec![0; scene.materials.len()],
             materials,
             scene: scene.clone(),
             assets,
         };
         let entities = scene.entities.par_iter().enumerate().with_min_len(1_000);
-        rest.parts = entities.map(|(index, bag)| rest.entity(index, bag)).reduce(Parts::default, with);
-        for bag in &scene.entities {
-            count(&mut rest.tally, bag, 1);
-            if let Some(index) = worn_by(bag).and_then(|name| rest.materials.get(name)) {
-                rest.worn[*index] += 1;
+        rest.parts = entities.map(|(index, desc)| rest.entity(index, desc)).reduce(PartDigests::default, with);
+        for desc in &scene.entities {
+            count(&mut rest.counts, desc, 1);
+            if let Some(index) = material_of(desc).and_then(|name| rest.materials.get(name)) {
+                rest.uses[*index] += 1;
             }
         }
-        for (index, (name, material)) in scene.materials.iter().enumerate().filter(|(i, _)| rest.worn[*i] > 0) {
+        for (index, (name, material)) in scene.materials.iter().enumerate().filter(|(i, _)| rest.uses[*i] > 0) {
             rest.parts = with(rest.parts, rest.material(index, name, material));
         }
         rest
@@ -165,7 +167,7 @@ impl Rest {
     pub fn without_entities(self) -> Self {
         let Scene { camera, render, .. } = &*self.scene;
         let (camera, render) = (camera.clone(), render.clone());
-        Rest { scene: Arc::new(Scene { camera, render, ..Scene::default() }), ..self }
+        BaseFingerprint { scene: Arc::new(Scene { camera, render, ..Scene::default() }), ..self }
     }
 
     /// A file that the scene names and that has changed since it was hashed.
@@ -174,102 +176,110 @@ impl Rest {
     }
 
     /// The frame that these edits make of the scene.
-    pub fn outline(&self, edits: &[Edit]) -> Outline {
-        let mut touched = Touched::default();
-        edits.iter().for_each(|edit| touched.apply(&self.scene, edit));
-        let camera = touched.camera.unwrap_or(&self.scene.camera);
-        let render = touched.render.unwrap_or(&self.scene.render);
-        let (mut parts, mut tally) = (self.parts, self.tally);
-        let mut worn: BTreeMap<usize, i64> = touched.materials.keys().map(|index| (*index, 0)).collect();
-        let mut wear = |bag: &Bag, count: i64| {
-            let Some(name) = worn_by(bag) else { return };
+    pub fn fingerprint(&self, edits: &[Edit]) -> Fingerprint {
+        let mut edited = EditedScene::default();
+        edits.iter().for_each(|edit| edited.apply(&self.scene, edit));
+        let camera = edited.camera.unwrap_or(&self.scene.camera);
+        let render = edited.render.unwrap_or(&self.scene.render);
+        let (mut parts, mut counts) = (self.parts, self.counts);
+        let mut uses: BTreeMap<usize, i64> = edited.materials.keys().map(|index| (*index, 0)).collect();
+        let mut count_use = |desc: &EntityDesc, count: i64| {
+            let Some(name) = material_of(desc) else { return };
             let first = self.scene.materials.len();
-            let added = || touched.added.iter().position(|known| *known == name).map(|i| first + i);
+            let added = || edited.added.iter().position(|known| *known == name).map(|i| first + i);
             if let Some(index) = self.materials.get(name).copied().or_else(added) {
-                *worn.entry(index).or_default() += count;
+                *uses.entry(index).or_default() += count;
             }
         };
-        for (index, now) in &touched.entities {
+        for (index, now) in &edited.entities {
             if let Some(before) = self.scene.entities.get(*index) {
                 parts = without(parts, self.entity(*index, before));
-                count(&mut tally, before, -1);
-                wear(before, -1);
+                count(&mut counts, before, -1);
+                count_use(before, -1);
             }
             if let Some(now) = now {
                 parts = with(parts, self.entity(*index, now));
-                count(&mut tally, now, 1);
-                wear(now, 1);
+                count(&mut counts, now, 1);
+                count_use(now, 1);
             }
         }
-        let mut shines = self.shines(&touched, render);
-        for (index, change) in worn {
-            let before = self.worn.get(index).copied().unwrap_or(0);
+        let mut emitter_colors = self.emitter_colors(&edited, render);
+        for (index, change) in uses {
+            let before = self.uses.get(index).copied().unwrap_or(0);
             let rest = self.scene.materials.get(index);
             if let Some((name, material)) = rest.filter(|_| before > 0) {
                 parts = without(parts, self.material(index, name, material));
             }
-            let name = rest.map(|(name, _)| &**name).or_else(|| touched.added.get(index - self.worn.len()).copied());
-            let material = touched.materials.get(&index).copied().or(rest.map(|(_, material)| material));
+            let name = rest.map(|(name, _)| &**name).or_else(|| edited.added.get(index - self.uses.len()).copied());
+            let material = edited.materials.get(&index).copied().or(rest.map(|(_, material)| material));
             if let (Some(name), Some(material), true) = (name, material, before + change > 0) {
                 parts = with(parts, self.material(index, name, material));
-                shines.push(Shine { shiner: Shiner::Material(index), color: material.emission });
+                emitter_colors.push(EmitterColor { emitter: EmitterId::Material(index), color: material.emission });
             }
         }
-        parts[Part::Camera as usize] = self.record(camera, |field| !LENS.contains(&field));
-        parts[Part::Lens as usize] = self.record(camera, |field| LENS.contains(&field));
-        let surround = surround(render).0;
-        parts[Part::Settings as usize] = self.record(render, |field| field != surround && !INVISIBLE.contains(&field));
-        let colors = &mut parts[Part::LightColors as usize];
-        *colors = colors.with(self.record(render, |field| field == surround));
+        parts[FramePart::Camera as usize] = self.record(camera, |field| !LENS.contains(&field));
+        parts[FramePart::Lens as usize] = self.record(camera, |field| LENS.contains(&field));
+        let brightness = environment_color(render).0;
+        parts[FramePart::Settings as usize] =
+            self.record(render, |field| field != brightness && !INVISIBLE.contains(&field));
+        let colors = &mut parts[FramePart::LightColors as usize];
+        *colors = colors.with(self.record(render, |field| field == brightness));
         let is_sum = is_sum(camera, render);
-        shines.retain(|shine| is_sum && self.rest_color(shine.shiner) != Some(shine.color));
-        Outline {
+        emitter_colors.retain(|one| is_sum && self.emitter_color(one.emitter) != Some(one.color));
+        Fingerprint {
             parts,
-            shines,
+            emitter_colors,
             is_sum,
             photons: (render.integrator == Integrator::Photon).then(|| self.photons(parts, camera, render)),
-            is_still: is_still(camera, render),
+            has_static_camera: has_static_camera(camera, render),
             size: render.size,
-            cost: cost(render, tally),
+            cost: cost(render, counts),
         }
     }
 
-    /// As [`Self::outline`], of a moment whose picture shows what has moved since another one.
-    pub fn outline_after(&self, edits: &[Edit], before: Option<&[Edit]>) -> Outline {
-        let mut outline = self.outline(edits);
+    /// As [`Self::fingerprint`], of a moment whose picture shows what has moved since another one.
+    pub fn fingerprint_after(&self, edits: &[Edit], before: Option<&[Edit]>) -> Fingerprint {
+        let mut fingerprint = self.fingerprint(edits);
         if let Some(before) = before {
-            let parts = self.outline(before).parts;
+            let parts = self.fingerprint(before).parts;
             let mut hasher = Hasher::default();
-            let told = [Part::Camera, Part::Geometry, Part::Transforms, Part::Lights];
-            told.iter().for_each(|part| hasher.digest(parts[*part as usize]));
-            outline.parts[Part::Before as usize] = hasher.finish();
+            let shown = [FramePart::Camera, FramePart::Geometry, FramePart::Transforms, FramePart::Lights];
+            shown.iter().for_each(|part| hasher.digest(parts[*part as usize]));
+            fingerprint.parts[FramePart::Before as usize] = hasher.finish();
         }
-        outline
+        fingerprint
     }
 
-    fn photons(&self, parts: Parts, camera: &Camera, render: &Render) -> Digest {
+    fn photons(&self, parts: PartDigests, camera: &Camera, render: &Render) -> Digest {
         let mut hasher = Hasher::default();
-        let seen = [Part::Geometry, Part::Transforms, Part::Materials, Part::Lights, Part::LightColors];
+        let seen = [
+            FramePart::Geometry,
+            FramePart::Transforms,
+            FramePart::Materials,
+            FramePart::Lights,
+            FramePart::LightColors,
+        ];
         seen.iter().for_each(|part| hasher.digest(parts[*part as usize]));
         hasher.digest(self.record(render, |field| !FILM.contains(&field) && !INVISIBLE.contains(&field)));
         hasher.digest(self.record(camera, |field| field == "shutter"));
         hasher.finish()
     }
 
-    /// The colours of the lights that edits have touched, and of what lies around the scene.
-    fn shines(&self, touched: &Touched, render: &Render) -> Vec<Shine> {
-        let now = touched.entities.iter().filter_map(|(entity, now)| Some((*entity, now.as_ref()?)));
-        let lamps = now.flat_map(|(entity, bag)| LIGHTS.map(|kind| (Shiner::Lamp(entity, kind), color_of(bag, kind))));
-        let around = (Shiner::Surround, Some(surround(render).1));
-        lamps.chain([around]).filter_map(|(shiner, color)| Some(Shine { shiner, color: color? })).collect()
+    /// The colours of the lights that edits have touched, and of the environment.
+    fn emitter_colors(&self, edited: &EditedScene, render: &Render) -> Vec<EmitterColor> {
+        let now = edited.entities.iter().filter_map(|(entity, now)| Some((*entity, now.as_ref()?)));
+        let lamps =
+            now.flat_map(|(entity, desc)| LIGHTS.map(|kind| (EmitterId::Lamp(entity, kind), color_of(desc, kind))));
+        let around = (EmitterId::Environment, Some(environment_color(render).1));
+        lamps.chain([around]).filter_map(|(emitter, color)| Some(EmitterColor { emitter, color: color? })).collect()
     }
 
-    /// The colour of what shines in the scene that frames start from.
-    pub fn rest_color(&self, shiner: Shiner) -> Option<DVec3> {
-        match shiner {
-            Shiner::Lamp(entity, kind) => color_of(self.scene.entities.get(entity)?, kind),
-            Shiner::Material(index) => self.scene.materials.get(index).map(|(_, material)| material.emission),
-            Shiner::Surround => Some(surround(&self.scene.render).1),
+    /// The colour of an emitter in the scene that frames start from.
+    pub fn emitter_color(&self, emitter: EmitterId) -> Option<DVec3> {
+        match emitter {
+            EmitterId::Lamp(entity, kind) => color_of(self.scene.entities.get(entity)?, kind),
+            EmitterId::Material(index) => self.scene.materials.get(index).map(|(_, material)| material.emission),
+            EmitterId::Environment => Some(environment_color(&self.scene.render).1),
         }
     }
 
@@ -279,8 +289,8 @@ impl Rest {
         hasher.finish()
     }
 
-    /// What a material that is worn adds to each part of a frame.
-    fn material(&self, index: usize, name: &str, material: &Material) -> Parts {
+    /// What a material that an entity has adds to each part of a frame.
+    fn material(&self, index: usize, name: &str, material: &Material) -> PartDigests {
         let digest = |wanted: &dyn Fn(&str) -> bool| {
             let mut hasher = Hasher::default();
             hasher.word(index as u64);
@@ -288,63 +298,63 @@ impl Rest {
             feed_record(material, wanted, &mut hasher, &mut |value, hasher| self.assets.feed(value, hasher));
             hasher.finish()
         };
-        let mut parts = Parts::default();
-        parts[Part::Materials as usize] = digest(&|field| field != "emission");
+        let mut parts = PartDigests::default();
+        parts[FramePart::Materials as usize] = digest(&|field| field != "emission");
         if material.emission != DVec3::ZERO {
-            parts[Part::LightColors as usize] = digest(&|field| field == "emission");
+            parts[FramePart::LightColors as usize] = digest(&|field| field == "emission");
         }
         parts
     }
 
     /// What an entity adds to each part of a frame.
-    fn entity(&self, index: usize, bag: &Bag) -> Parts {
-        let mut parts = Parts::default();
+    fn entity(&self, index: usize, desc: &EntityDesc) -> PartDigests {
+        let mut parts = PartDigests::default();
         let start = || {
             let mut hasher = Hasher::default();
             hasher.word(index as u64);
             hasher
         };
         let mut presence = start();
-        presence.text(bag.name.as_deref().unwrap_or(""));
-        parts[Part::Geometry as usize] = presence.finish();
-        let shines = is_light(bag);
-        for component in bag.components() {
-            let mut add = |part: Part, wanted: &dyn Fn(&str) -> bool| {
+        presence.text(desc.name.as_deref().unwrap_or(""));
+        parts[FramePart::Geometry as usize] = presence.finish();
+        let emitter_colors = is_light(desc);
+        for component in desc.components() {
+            let mut add = |part: FramePart, wanted: &dyn Fn(&str) -> bool| {
                 let mut hasher = start();
                 feed_component(component, wanted, &mut hasher, &mut |value, hasher| self.assets.feed(value, hasher));
                 parts[part as usize] = parts[part as usize].with(hasher.finish());
             };
             match component.kind() {
                 Kind::PointLight | Kind::AreaLight => {
-                    add(Part::LightColors, &|field| field == "color");
-                    add(Part::Lights, &|field| field != "color");
+                    add(FramePart::LightColors, &|field| field == "color");
+                    add(FramePart::Lights, &|field| field != "color");
                 }
-                Kind::Transform | Kind::Motion if shines => add(Part::Lights, &|_| true),
-                Kind::Transform | Kind::Motion => add(Part::Transforms, &|_| true),
-                Kind::MaterialName | Kind::Texture => add(Part::Materials, &|_| true),
-                _ => add(Part::Geometry, &|_| true),
+                Kind::Transform | Kind::Motion if emitter_colors => add(FramePart::Lights, &|_| true),
+                Kind::Transform | Kind::Motion => add(FramePart::Transforms, &|_| true),
+                Kind::MaterialName | Kind::Texture => add(FramePart::Materials, &|_| true),
+                _ => add(FramePart::Geometry, &|_| true),
             }
         }
         parts
     }
 }
 
-/// What a frame's edits leave in other hands than before.
+/// The scene as the edits of a frame leave it, as far as they touch it.
 #[derive(Default)]
-struct Touched<'a> {
+struct EditedScene<'a> {
     camera: Option<&'a Camera>,
     render: Option<&'a Render>,
     materials: BTreeMap<usize, &'a Material>,
     /// Names of the materials that were added, in order.
     added: Vec<&'a str>,
     /// Entities as they are now, by their index; `None` are gone.
-    entities: BTreeMap<usize, Option<Bag>>,
+    entities: BTreeMap<usize, Option<EntityDesc>>,
     spawned: usize,
 }
 
-impl<'a> Touched<'a> {
+impl<'a> EditedScene<'a> {
     fn apply(&mut self, rest: &Scene, edit: &'a Edit) {
-        let mut bag = |index: usize, change: &dyn Fn(&mut Bag)| {
+        let mut desc = |index: usize, change: &dyn Fn(&mut EntityDesc)| {
             let known = self.entities.entry(index).or_insert_with(|| rest.entities.get(index).cloned());
             known.iter_mut().for_each(change);
         };
@@ -356,10 +366,10 @@ impl<'a> Touched<'a> {
                 self.materials.insert(rest.materials.len() + self.added.len(), material);
                 self.added.push(name);
             }
-            Edit::Put { entity, component } => bag(*entity, &|bag| bag.put(component.clone())),
-            Edit::Take { entity, kind } => bag(*entity, &|bag| drop(bag.take(*kind))),
-            Edit::Spawn(bag) => {
-                self.entities.insert(rest.entities.len() + self.spawned, Some(bag.clone()));
+            Edit::Put { entity, component } => desc(*entity, &|desc| desc.put(component.clone())),
+            Edit::Take { entity, kind } => desc(*entity, &|desc| drop(desc.take(*kind))),
+            Edit::Spawn(desc) => {
+                self.entities.insert(rest.entities.len() + self.spawned, Some(desc.clone()));
                 self.spawned += 1;
             }
             Edit::Despawn { entity } => drop(self.entities.insert(*entity, None)),
@@ -370,26 +380,26 @@ impl<'a> Touched<'a> {
 
 const LIGHTS: [Kind; 2] = [Kind::PointLight, Kind::AreaLight];
 
-fn is_light(bag: &Bag) -> bool {
-    LIGHTS.iter().any(|kind| bag.get(*kind).is_some())
+fn is_light(desc: &EntityDesc) -> bool {
+    LIGHTS.iter().any(|kind| desc.get(*kind).is_some())
 }
 
-fn color_of(bag: &Bag, kind: Kind) -> Option<DVec3> {
-    match bag.get(kind)? {
+fn color_of(desc: &EntityDesc, kind: Kind) -> Option<DVec3> {
+    match desc.get(kind)? {
         Component::PointLight(light) => Some(light.color),
         Component::AreaLight(light) => Some(light.color),
         _ => None,
     }
 }
 
-/// Not while a shutter is open, nor where the lens follows a body or what moved before is told.
-fn is_still(camera: &Camera, render: &Render) -> bool {
+/// Not while a shutter is open, nor if the focus follows an entity or motion is one of the layers.
+fn has_static_camera(camera: &Camera, render: &Render) -> bool {
     let follows = matches!(camera.focus, Some(Focus::Entity(_))) && camera.focus_distance.is_none();
     let is_instant = camera.shutter.y <= camera.shutter.x && !render.aovs.contains(&Aov::Motion);
     is_local(render.integrator) && is_instant && (!follows || camera.lens_radius() == 0.0)
 }
 
-/// Whether a pixel depends on nothing but what its own rays meet, each of which brings home light by light.
+/// Whether a pixel depends on nothing but what its own rays meet, and is a sum over lights.
 fn is_local(integrator: Integrator) -> bool {
     match integrator {
         Integrator::Whitted | Integrator::Distribution | Integrator::Path => true,
@@ -398,8 +408,8 @@ fn is_local(integrator: Integrator) -> bool {
     }
 }
 
-/// Not where samples are cut off or judged by what all lights together make of them, nor while a shutter is open or
-/// what moved before is told.
+/// Not if samples are clamped or judged by what all lights together make of them, nor while a shutter is open or motion
+/// is one of the layers.
 fn is_sum(camera: &Camera, render: &Render) -> bool {
     let has_signs = render.filter == Filter::Mitchell;
     let is_judged = render.clamp.is_some() || render.gathers_moments() || has_signs;
@@ -407,41 +417,41 @@ fn is_sum(camera: &Camera, render: &Render) -> bool {
     is_local(render.integrator) && !is_judged && is_instant
 }
 
-fn worn_by(bag: &Bag) -> Option<&str> {
-    match bag.get(Kind::MaterialName) {
-        Some(Component::MaterialName(worn)) => Some(&worn.0),
+fn material_of(desc: &EntityDesc) -> Option<&str> {
+    match desc.get(Kind::MaterialName) {
+        Some(Component::MaterialName(uses)) => Some(&uses.0),
         _ => None,
     }
 }
 
-/// The setting that says how bright it is around the scene, and its value.
-fn surround(render: &Render) -> (&'static str, DVec3) {
+/// The setting that decides the brightness of the environment, and its value.
+fn environment_color(render: &Render) -> (&'static str, DVec3) {
     if render.environment.is_some() || render.sky.is_some() {
         return ("environment_intensity", DVec3::splat(render.environment_intensity));
     }
     ("background", render.background)
 }
 
-fn count(tally: &mut Tally, bag: &Bag, sign: i64) {
-    tally.lights += sign * i64::from(is_light(bag));
-    let shapes = bag.components().iter().map(|component| match component {
+fn count(counts: &mut SceneCounts, desc: &EntityDesc, sign: i64) {
+    counts.lights += sign * i64::from(is_light(desc));
+    let shapes = desc.components().iter().map(|component| match component {
         Component::Mesh(mesh) => mesh.data.triangles.len() as i64,
         Component::Sphere(_) | Component::Triangle(_) | Component::Plane(_) => 1,
         Component::AABox(_) | Component::Cylinder(_) | Component::Cone(_) => 1,
         _ => 0,
     });
-    tally.primitives += sign * shapes.sum::<i64>();
+    counts.primitives += sign * shapes.sum::<i64>();
 }
 
 /// Camera rays and the rays that follow from them, each as deep as the tree over the primitives.
-fn cost(render: &Render, tally: Tally) -> f64 {
+fn cost(render: &Render, counts: SceneCounts) -> f64 {
     let [width, height] = render.size.map(f64::from);
     let strata = f64::from(render.strata());
     let chain = match render.integrator {
         Integrator::Path | Integrator::Photon => f64::from(render.max_depth.min(6)),
         _ => f64::from(render.max_depth.min(2)),
     };
-    let rays = width * height * strata * strata * chain * (1.0 + tally.lights.max(0) as f64);
-    let depth = 64 - (tally.primitives.max(0) as u64).leading_zeros();
+    let rays = width * height * strata * strata * chain * (1.0 + counts.lights.max(0) as f64);
+    let depth = 64 - (counts.primitives.max(0) as u64).leading_zeros();
     rays * f64::from(depth + 1) / 1e6
 }

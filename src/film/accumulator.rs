@@ -1,4 +1,4 @@
-//! What the samples of pixels add up to, kept apart from what is made of the sums.
+//! Accumulates the samples of pixels; what is made of the sums comes later.
 //!
 //! Sums can be added to in several goes (rounds of samples, slices of time) before they are resolved into means.
 
@@ -12,7 +12,7 @@ const LARGEST: f32 = 1e30;
 
 /// Sums over the samples of one pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Sum {
+struct PixelSum {
     color: Vec3,
     /// As `color`, by weight; only where weights differ.
     weighted: Vec3,
@@ -20,14 +20,14 @@ struct Sum {
     count: u32,
 }
 
-/// What is added up, beside what every picture needs.
+/// What is accumulated, beside what every picture needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gather {
+pub struct AccumulatorOptions {
     /// Most that a channel of a sample may be.
     pub clamp: Option<f32>,
     /// Whether weights have signs, and so differ.
     pub signed: bool,
-    /// Whether the spread of the samples is wanted.
+    /// Whether the variance of the samples is wanted.
     pub moments: bool,
     /// Whether what the camera's rays met first is wanted.
     pub features: bool,
@@ -35,8 +35,8 @@ pub struct Gather {
 
 /// Sums over the samples of the pixels of a tile.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tally {
-    sums: Vec<Sum>,
+pub struct PixelAccumulator {
+    sums: Vec<PixelSum>,
     /// Sums of luminance and of its square; empty unless wanted.
     moments: Vec<[f64; 2]>,
     /// Empty unless wanted.
@@ -45,12 +45,12 @@ pub struct Tally {
     clamp: f32,
 }
 
-impl Tally {
-    /// A place for each of so many pixels, without samples.
-    pub fn new(pixels: usize, gather: Gather) -> Self {
-        let Gather { clamp, signed, moments, features } = gather;
-        Tally {
-            sums: vec![Sum::default(); pixels],
+impl PixelAccumulator {
+    /// An accumulator for so many pixels, without samples.
+    pub fn new(pixels: usize, options: AccumulatorOptions) -> Self {
+        let AccumulatorOptions { clamp, signed, moments, features } = options;
+        PixelAccumulator {
+            sums: vec![PixelSum::default(); pixels],
             moments: vec![[0.0; 2]; if moments { pixels } else { 0 }],
             features: vec![FeatureSum::default(); if features { pixels } else { 0 }],
             signed,
@@ -65,7 +65,7 @@ impl Tally {
 
     /// Takes all samples of a pixel back.
     pub fn clear(&mut self, pixel: usize) {
-        self.sums[pixel] = Sum::default();
+        self.sums[pixel] = PixelSum::default();
         if let Some(moments) = self.moments.get_mut(pixel) {
             *moments = [0.0; 2];
         }
@@ -141,43 +141,44 @@ fn clamped(color: Vec3, most: f32) -> Vec3 {
 mod tests {
     use super::*;
 
-    const PLAIN: Gather = Gather { clamp: None, signed: false, moments: false, features: false };
+    const PLAIN: AccumulatorOptions =
+        AccumulatorOptions { clamp: None, signed: false, moments: false, features: false };
 
     #[test]
     fn the_spread_is_that_of_the_samples() {
-        let mut tally = Tally::new(1, Gather { moments: true, ..PLAIN });
-        [1.0, 2.0, 3.0, 6.0].into_iter().for_each(|x| tally.add(0, Vec3::splat(x), 1.0));
-        let [mean, variance] = tally.spread(0).unwrap();
+        let mut accumulator = PixelAccumulator::new(1, AccumulatorOptions { moments: true, ..PLAIN });
+        [1.0, 2.0, 3.0, 6.0].into_iter().for_each(|x| accumulator.add(0, Vec3::splat(x), 1.0));
+        let [mean, variance] = accumulator.spread(0).unwrap();
         // The sum of squares about the mean 3 is 14; over 3, and over 4 samples.
         assert!((mean - 3.0).abs() < 1e-6 && (variance - 14.0 / 12.0).abs() < 1e-6, "{mean} {variance}");
-        assert_eq!(Tally::new(1, PLAIN).spread(0), None);
+        assert_eq!(PixelAccumulator::new(1, PLAIN).spread(0), None);
     }
 
     #[test]
     fn what_is_no_number_does_not_poison_a_pixel() {
-        let mut tally = Tally::new(2, PLAIN);
+        let mut accumulator = PixelAccumulator::new(2, PLAIN);
         for color in [Vec3::splat(f32::NAN), Vec3::new(1.0, f32::INFINITY, 0.0), Vec3::splat(3.0), Vec3::ZERO] {
-            tally.add(0, color, 1.0);
+            accumulator.add(0, color, 1.0);
         }
-        assert_eq!(tally.color(0), [0.75; 3]);
-        assert_eq!(tally.color(1), [0.0; 3]);
-        (0..65_536).for_each(|_| tally.add(1, Vec3::splat(f32::MAX), 1.0));
-        assert!(tally.color(1)[0].is_finite());
+        assert_eq!(accumulator.color(0), [0.75; 3]);
+        assert_eq!(accumulator.color(1), [0.0; 3]);
+        (0..65_536).for_each(|_| accumulator.add(1, Vec3::splat(f32::MAX), 1.0));
+        assert!(accumulator.color(1)[0].is_finite());
     }
 
     #[test]
     fn a_clamp_keeps_hue() {
-        let mut tally = Tally::new(1, Gather { clamp: Some(2.0), ..PLAIN });
-        tally.add(0, Vec3::new(8.0, 4.0, 1.0), 1.0);
-        assert_eq!(tally.color(0), [2.0, 1.0, 0.25]);
+        let mut accumulator = PixelAccumulator::new(1, AccumulatorOptions { clamp: Some(2.0), ..PLAIN });
+        accumulator.add(0, Vec3::new(8.0, 4.0, 1.0), 1.0);
+        assert_eq!(accumulator.color(0), [2.0, 1.0, 0.25]);
     }
 
     #[test]
     fn one_colour_stays_whatever_the_weights() {
-        let mut tally = Tally::new(1, Gather { signed: true, ..PLAIN });
+        let mut accumulator = PixelAccumulator::new(1, AccumulatorOptions { signed: true, ..PLAIN });
         for weight in [1.2, -1.2, 1.2, -1.2] {
-            tally.add(0, Vec3::splat(0.5), weight);
+            accumulator.add(0, Vec3::splat(0.5), weight);
         }
-        assert_eq!(tally.color(0), [0.5; 3]);
+        assert_eq!(accumulator.color(0), [0.5; 3]);
     }
 }

@@ -8,16 +8,16 @@ use rustc_hash::FxHashMap;
 use super::Text;
 use crate::base::color::srgb_decode;
 
-/// A picture and its smaller copies, each half the one before, down to a single texel.
+/// A image and its smaller copies, each half the one before, down to a single texel.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
-    /// The first is the picture itself.
-    pub levels: Vec<Level>,
+pub struct MipMap {
+    /// The first is the image itself.
+    pub levels: Vec<MipLevel>,
 }
 
 /// Texels in rows from the top.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Level {
+pub struct MipLevel {
     pub width: u32,
     pub height: u32,
     pub texels: Texels,
@@ -35,7 +35,7 @@ pub enum Texels {
 
 static DECODED: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_decode(i as f32 / 255.0)));
 
-impl Level {
+impl MipLevel {
     /// Linear value of a texel; x from the left, y from the top, both inside.
     #[inline]
     pub fn texel(&self, x: u32, y: u32) -> Vec3 {
@@ -48,17 +48,17 @@ impl Level {
     }
 }
 
-impl Picture {
-    /// A picture with its smaller copies. `texels` has width x height of them, and both are above 0.
+impl MipMap {
+    /// A image with its smaller copies. `texels` has width x height of them, and both are above 0.
     pub fn new(width: u32, height: u32, texels: Texels) -> Self {
-        let mut levels = vec![Level { width, height, texels }];
+        let mut levels = vec![MipLevel { width, height, texels }];
         while let Some(last) = levels.last().filter(|level| level.width > 1 || level.height > 1) {
             levels.push(halved(last));
         }
-        Picture { levels }
+        MipMap { levels }
     }
 
-    /// Texels of the picture itself.
+    /// Texels of the image itself.
     pub fn texels(&self) -> u64 {
         self.levels.first().map_or(0, |level| u64::from(level.width) * u64::from(level.height))
     }
@@ -83,7 +83,7 @@ fn shares(from: u32) -> Vec<[(u32, f32); 3]> {
 }
 
 /// The mean of the texels under each texel of half the size: means of levels are all the same.
-fn halved(level: &Level) -> Level {
+fn halved(level: &MipLevel) -> MipLevel {
     let (across, down) = (shares(level.width), shares(level.height));
     let mut texels = Vec::with_capacity(across.len() * down.len());
     for rows in &down {
@@ -97,15 +97,15 @@ fn halved(level: &Level) -> Level {
             texels.push(sum.to_array());
         }
     }
-    Level { width: across.len() as u32, height: down.len() as u32, texels: Texels::Floats(texels) }
+    MipLevel { width: across.len() as u32, height: down.len() as u32, texels: Texels::Floats(texels) }
 }
 
-/// The pictures that were read for a scene, by the file's name in it and whether its bytes were decoded as sRGB.
+/// The images that were read for a scene, by the file's name in it and whether its bytes were decoded as sRGB.
 #[derive(Clone, Debug, Default)]
-pub struct Pictures(pub FxHashMap<(Text, bool), Arc<Picture>>);
+pub struct ImageCache(pub FxHashMap<(Text, bool), Arc<MipMap>>);
 
 /// They follow from the rest of the scene and its files, and take no part in comparisons.
-impl PartialEq for Pictures {
+impl PartialEq for ImageCache {
     fn eq(&self, _: &Self) -> bool {
         true
     }
@@ -115,7 +115,7 @@ impl PartialEq for Pictures {
 mod tests {
     use super::*;
 
-    fn mean(level: &Level) -> Vec3 {
+    fn mean(level: &MipLevel) -> Vec3 {
         let at = |i: u32| level.texel(i % level.width, i / level.width);
         (0..level.width * level.height).map(at).sum::<Vec3>() / (level.width * level.height) as f32
     }
@@ -125,11 +125,11 @@ mod tests {
         for (width, height) in [(1, 1), (2, 2), (3, 5), (17, 4), (1, 9), (31, 33)] {
             let byte = |i: u32| (crate::base::random::mix(u64::from(i)) & 255) as u8;
             let bytes: Vec<[u8; 3]> = (0..width * height).map(|i| [byte(i), byte(i + 9), 255]).collect();
-            let picture = Picture::new(width, height, Texels::Srgb(bytes));
-            let last = picture.levels.last().unwrap();
+            let image = MipMap::new(width, height, Texels::Srgb(bytes));
+            let last = image.levels.last().unwrap();
             assert_eq!((last.width, last.height), (1, 1));
-            let whole = mean(&picture.levels[0]);
-            for level in &picture.levels {
+            let whole = mean(&image.levels[0]);
+            for level in &image.levels {
                 assert!((mean(level) - whole).abs().max_element() < 1e-5, "{width} x {height}: {whole}");
             }
         }
