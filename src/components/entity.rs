@@ -327,8 +327,9 @@ pub enum Edit {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use glam::DVec3;
+
+    use super::*;
 
     #[test]
     fn an_entity_keeps_one_component_of_a_kind_in_order() {

@@ -13,7 +13,7 @@ use crate::base::diagnostics::Diagnostic;
 use crate::base::project::{FileRole, Folder};
 use crate::base::{files, limits};
 use crate::components::*;
-use crate::trace::environment::{CubeMap, FACES, Face, Source};
+use crate::trace::light::environment::{CubeMap, EnvironmentMap, FACES, Face};
 
 /// Reads the faces `right left top bottom front back` (.jpg, .jpeg or .png) of a folder that a scene names.
 ///
@@ -162,11 +162,11 @@ pub fn read_surroundings(
     base: &Folder,
     name: &Text,
     decoded: bool,
-) -> Result<Source, Diagnostic> {
+) -> Result<EnvironmentMap, Diagnostic> {
     if base.find(name, FileRole::Image)?.is_dir() {
-        return read_cube_map(base, name, decoded).map(|cube| Source::Cube(Arc::new(cube)));
+        return read_cube_map(base, name, decoded).map(|cube| EnvironmentMap::Cube(Arc::new(cube)));
     }
-    fetch(images, base, name, decoded).map(Source::Sphere)
+    fetch(images, base, name, decoded).map(EnvironmentMap::Sphere)
 }
 
 /// Reads the pictures that the textures of a scene name; each file is read once and shared.
@@ -198,8 +198,9 @@ pub fn load_all(scene: &mut Scene) -> Vec<Problem> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use glam::Vec3;
+
+    use super::*;
 
     #[test]
     fn six_faces_make_a_sky_and_five_do_not() {

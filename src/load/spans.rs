@@ -250,8 +250,9 @@ impl<'a> SyntaxReader<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     #[test]
     fn a_path_leads_to_its_text() {

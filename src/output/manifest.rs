@@ -44,9 +44,10 @@ pub struct Entry {
 }
 
 mod hex {
-    use crate::base::digest::Digest;
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serializer};
+
+    use crate::base::digest::Digest;
 
     pub fn serialize<S: Serializer>(digest: &Digest, s: S) -> Result<S::Ok, S::Error> {
         s.collect_str(digest)

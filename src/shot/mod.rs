@@ -19,6 +19,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use assets::Assets;
+use fingerprint::{BaseFingerprint, Fingerprint};
+pub use shutter::Slice;
+
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::project::{Access, FileRole, Folder, Project};
 use crate::components::{Accel, Aov, Edit, Integrator, Render, Scene};
@@ -26,9 +30,6 @@ use crate::load;
 use crate::output::names::Target;
 use crate::script::{Evaluation, Program};
 use crate::systems::{self, Stage};
-use assets::Assets;
-use fingerprint::{BaseFingerprint, Fingerprint};
-pub use shutter::Slice;
 
 /// Settings of the command line; they have the last word in every frame.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -12,7 +12,7 @@ use crate::base::diagnostics::Diagnostics;
 use crate::components::{Aov, Camera, Edit, Render};
 use crate::script::TimeMode;
 use crate::systems::{self, PreviousFrame, Stage, Undo};
-use crate::trace::integrator::Share;
+use crate::trace::integrator::SampleSubset;
 
 /// One moment of a frame as data.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,13 +88,13 @@ impl Input {
         stage: &mut Stage,
         frame: u32,
         slices: Vec<Slice>,
-        mut work: impl FnMut(&mut Stage, Share) -> Result<bool, Diagnostics>,
+        mut work: impl FnMut(&mut Stage, SampleSubset) -> Result<bool, Diagnostics>,
     ) -> Result<(), Diagnostics> {
         let of = slices.len() as u32;
         let mut applied = Applied::default();
         let mut done = Ok(true);
         for (index, slice) in (0..).zip(slices) {
-            let share = Share { index, of };
+            let share = SampleSubset { index, of };
             done = applied.show(stage, slice).and_then(|()| guarded(stage, |stage| work(stage, share)));
             if !matches!(done, Ok(true)) {
                 break;

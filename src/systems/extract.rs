@@ -14,9 +14,8 @@ use super::stage::{AuthoredIndex, Despawned, Stage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::{limits, math};
 use crate::components::*;
-use crate::trace::geometry::LocalShape;
-use crate::trace::surfacing::Surfacing;
-use crate::trace::{Geometry, Sides, Tag};
+use crate::trace::material::ShadingParams;
+use crate::trace::primitive::{Geometry, LocalShape, Sides, Tag};
 
 /// Whether rays meet a surface of this material on both sides.
 pub fn shows_both_sides(material: &Material) -> bool {
@@ -24,9 +23,9 @@ pub fn shows_both_sides(material: &Material) -> bool {
 }
 
 /// The kernel's materials: those of the scene by their number, then the default one for entities without a material.
-pub fn materials(stage: &Stage) -> Vec<Surfacing> {
-    let of = |e: &hecs::Entity| stage.world.get::<&Material>(*e).map(|m| Surfacing::from(&*m));
-    let default = Surfacing::from(&Material::default());
+pub fn materials(stage: &Stage) -> Vec<ShadingParams> {
+    let of = |e: &hecs::Entity| stage.world.get::<&Material>(*e).map(|m| ShadingParams::from(&*m));
+    let default = ShadingParams::from(&Material::default());
     stage.materials.iter().map(|e| of(e).unwrap_or(default)).chain([default]).collect()
 }
 
@@ -189,7 +188,7 @@ impl<'a> Extraction<'a> {
             Some(scale) => self.geometry.push_sphere(tag, placed.point(center), (radius.abs() * scale) as f32),
             None => {
                 let shape = LocalShape::Sphere { center: center.as_vec3(), radius: radius.abs() as f32 };
-                self.geometry.push_placed(tag, shape, &placed.map);
+                self.geometry.push_transformed(tag, shape, &placed.map);
             }
         }
     }
@@ -245,7 +244,7 @@ impl<'a> Extraction<'a> {
             self.geometry.push_box(placed.tag(false), a.min(b), a.max(b));
         } else {
             let shape = LocalShape::Box { min: min.as_vec3(), max: max.as_vec3() };
-            self.geometry.push_placed(placed.tag(false), shape, &placed.map);
+            self.geometry.push_transformed(placed.tag(false), shape, &placed.map);
         }
     }
 
@@ -261,7 +260,7 @@ impl<'a> Extraction<'a> {
                 let [base_radius, apex_radius] = radii.map(|r| r as f32);
                 let (base, apex) = (base.as_vec3(), apex.as_vec3());
                 let shape = LocalShape::Cone { base, base_radius, apex, apex_radius, capped };
-                self.geometry.push_placed(tag, shape, &placed.map);
+                self.geometry.push_transformed(tag, shape, &placed.map);
             }
         }
     }

@@ -5,8 +5,8 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::hierarchy::Placement;
 use super::stage::{AuthoredIndex, Despawned, Stage};
 use crate::components::{AreaLight, Falloff, Kind, PointLight, Render};
-use crate::trace::lights::Light;
-use crate::trace::surfacing::Surfacing;
+use crate::trace::light::Lamp;
+use crate::trace::material::ShadingParams;
 
 /// What emits light and can have a light group of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -43,16 +43,16 @@ impl LightGroups {
     }
 
     /// A light with its group, and its grey in place of its colour.
-    fn assign_light(&self, order: AuthoredIndex, kind: Kind, light: Light) -> Light {
+    fn assign_light(&self, order: AuthoredIndex, kind: Kind, light: Lamp) -> Lamp {
         let own = self.group_of(EmitterId::Lamp(order.0 as usize, kind));
-        own.map_or(light, |(pass, grey)| Light { color: Vec3::splat(grey), pass, ..light })
+        own.map_or(light, |(pass, grey)| Lamp { color: Vec3::splat(grey), group: pass, ..light })
     }
 
     /// Gives materials their groups, and greys in place of their emission.
-    pub fn assign_materials(&self, materials: &mut [Surfacing]) {
+    pub fn assign_materials(&self, materials: &mut [ShadingParams]) {
         for (number, material) in materials.iter_mut().enumerate() {
             if let Some((pass, grey)) = self.group_of(EmitterId::Material(number)) {
-                (material.emission, material.pass) = (Vec3::splat(grey), pass);
+                (material.emission, material.group) = (Vec3::splat(grey), pass);
             }
         }
     }
@@ -67,11 +67,11 @@ impl LightGroups {
 }
 
 /// Every light of the World; point lights are widened by the setting `light_size`.
-pub fn lights(stage: &Stage, groups: &LightGroups) -> Vec<Light> {
+pub fn lights(stage: &Stage, groups: &LightGroups) -> Vec<Lamp> {
     let world = &stage.world;
     let widened = stage.settings().light_size;
     let place = |p: Option<&Placement>| p.map_or(DAffine3::IDENTITY, |p| p.0);
-    let mut found: Vec<(AuthoredIndex, Kind, Light)> = Vec::new();
+    let mut found: Vec<(AuthoredIndex, Kind, Lamp)> = Vec::new();
     let mut points = world.query::<(&AuthoredIndex, &PointLight, Option<&Placement>)>().without::<&Despawned>();
     for (order, light, placement) in points.iter() {
         let center = place(placement).transform_point3(light.position);
@@ -90,14 +90,14 @@ pub fn lights(stage: &Stage, groups: &LightGroups) -> Vec<Light> {
     lights.filter(|light| light.color != Vec3::ZERO).collect()
 }
 
-fn resolved(center: DVec3, edges: [DVec3; 2], color: DVec3, falloff: Falloff, visible: bool) -> Light {
-    Light {
+fn resolved(center: DVec3, edges: [DVec3; 2], color: DVec3, falloff: Falloff, visible: bool) -> Lamp {
+    Lamp {
         center: center.as_vec3(),
         edges: edges.map(|e| e.as_vec3()),
         normal: edges[0].cross(edges[1]).normalize_or_zero().as_vec3(),
         color: color.as_vec3(),
         inverse_square: falloff == Falloff::InverseSquare,
         visible,
-        pass: 0,
+        group: 0,
     }
 }

@@ -6,8 +6,8 @@ use hecs::World;
 use super::hierarchy::Placement;
 use super::stage::{AuthoredIndex, Despawned, Name, Stage};
 use crate::components::{Camera, Text};
-use crate::trace::before::Before;
 use crate::trace::camera::CameraRays;
+use crate::trace::reuse::MotionVectors;
 
 /// Camera and placements of one moment. Shapes and materials of their own time do not count.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,7 @@ impl PreviousFrame {
     }
 
     /// How entities have moved from then to the World as it stands now, for a picture of a size.
-    pub fn motion_to(&self, stage: &Stage, size: [u32; 2]) -> Before {
+    pub fn motion_to(&self, stage: &Stage, size: [u32; 2]) -> MotionVectors {
         // Focus does not move the image of a point seen through the centre of the lens.
         let camera = CameraRays::new(&self.camera, size, 1.0);
         let now = poses(&stage.world, stage.entities.len());
@@ -43,7 +43,7 @@ impl PreviousFrame {
             let map = then.placement * now.placement.inverse();
             map.is_finite().then_some((index as u32, map))
         });
-        Before::new(camera, moved)
+        MotionVectors::new(camera, moved)
     }
 }
 

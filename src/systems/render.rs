@@ -14,11 +14,14 @@ use crate::base::diagnostics::Diagnostics;
 use crate::components::{Integrator, Render, Transfer};
 use crate::film::{AccumulatorOptions, Film, FilterTable, PixelAccumulator, denoise};
 use crate::load::image;
-use crate::trace::environment::{Environment, Source};
-use crate::trace::integrator::{self, Guide, Photons, Settings, Share, Shelf, View};
-use crate::trace::lights::Lights;
+use crate::trace::counters::Counters;
+use crate::trace::integrator;
+use crate::trace::integrator::photon::{PhotonCache, PhotonPass, ProgressiveState};
+use crate::trace::integrator::{Estimator, SampleSubset};
+use crate::trace::light::Lights;
+use crate::trace::light::environment::{Environment, EnvironmentMap};
 use crate::trace::simd::Width;
-use crate::trace::{Counters, Worker};
+use crate::trace::wavefront::{RenderContext, Settings, Worker};
 
 /// Side of a tile in pixels: small enough to share out evenly, large enough for neighbours to share cells.
 const TILE: u32 = 16;
@@ -56,13 +59,13 @@ pub struct PartialFrame {
     accumulators: Option<FrameAccumulators>,
     stats: FrameStats,
     /// Radii of photon searches, once the first pass has estimated them.
-    guide: Option<Guide>,
+    guide: Option<ProgressiveState>,
     /// The light groups that emitters are divided into.
     pub light_groups: LightGroups,
     /// Tiles that are kept over a window of frames, and the number of this frame in it.
     pub tile_cache: Option<(StaticCameraCache, usize)>,
     /// Photon maps that are kept, and room for more of them.
-    pub photon_cache: Option<Shelf>,
+    pub photon_cache: Option<PhotonCache>,
 }
 
 /// The accumulators of a frame, set up with its first samples.
@@ -137,7 +140,7 @@ pub fn render(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Option<(Film, FrameStats)>, Diagnostics> {
     let mut partial = PartialFrame::default();
-    let whole = render_samples(stage, Share::WHOLE, &mut partial, cancel, progress)?;
+    let whole = render_samples(stage, SampleSubset::WHOLE, &mut partial, cancel, progress)?;
     let resolved_films = partial.resolve().filter(|_| whole);
     Ok(resolved_films.and_then(|(mut films, stats)| films.pop().map(|film| (film, stats))))
 }
@@ -151,7 +154,7 @@ pub fn render(
 /// As [`render`].
 pub fn render_samples(
     stage: &mut Stage,
-    share: Share,
+    share: SampleSubset,
     partial: &mut PartialFrame,
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
@@ -178,35 +181,35 @@ pub fn render_samples(
     let geometry = &stage.derived.geometry;
     let lights = Lights::new(lights::lights(stage, &partial.light_groups), geometry, &materials)
         .under(environment.as_ref(), geometry)
-        .surrounded_in(environment_group);
+        .environment_in_group(environment_group);
     let Some((_, accelerator)) = &stage.derived.accelerator else { return Ok(false) };
     let filter = FilterTable::new(settings.filter, settings.filter_width());
-    let view = View {
+    let context = RenderContext {
         geometry: &stage.derived.geometry,
         accelerator,
         materials: &materials,
         lights: &lights,
-        skins: &bindings,
+        textures: &bindings,
         camera: &camera,
-        before: before.as_ref(),
+        motion: before.as_ref(),
         environment: environment.as_ref(),
         settings: &resolved,
         lanes: Width::detect(),
         filter: &filter,
         width: settings.size[0],
-        passes: partial.light_groups.count(),
-        lookout: None,
-        photons: None,
+        light_groups: partial.light_groups.count(),
+        regions: None,
     };
     let built = Instant::now();
     let PartialFrame { accumulators, stats, guide, tile_cache, photon_cache, .. } = partial;
-    let accumulators = accumulators.get_or_insert_with(|| FrameAccumulators::new(&settings, &filter, view.passes));
+    let accumulators =
+        accumulators.get_or_insert_with(|| FrameAccumulators::new(&settings, &filter, context.light_groups));
     let turns = settings.turns(share.of);
     for turn in 0..turns {
-        let share = Share { index: share.index * turns + turn, of: share.of * turns };
+        let share = SampleSubset { index: share.index * turns + turn, of: share.of * turns };
         let kept = photon_cache.as_ref().and_then(|shelf| shelf.get(share.index));
         let sent = if settings.integrator == Integrator::Photon && kept.is_none() {
-            let sent = Photons::new(view, share.index, guide.as_ref(), cancel);
+            let sent = PhotonPass::new(context, share.index, guide.as_ref(), cancel);
             let Some((photons, counters)) = sent else { return Ok(false) };
             stats.counters += counters;
             Some(photons)
@@ -219,11 +222,11 @@ pub fn render_samples(
             stats.photon_maps += 1;
             stats.photon_maps_kept += usize::from(kept.is_some());
         }
-        let view = View { photons, ..view };
+        let estimator = Estimator { context, photons };
         let counters = match tile_cache {
-            None => tiles(view, share, accumulators, cancel, progress),
+            None => tiles(estimator, share, accumulators, cancel, progress),
             Some((cache, of_window)) => {
-                retrace_stale_tiles(view, accumulators, cache, *of_window, stats, cancel, progress)
+                retrace_stale_tiles(estimator, accumulators, cache, *of_window, stats, cancel, progress)
             }
         };
         let Some(counters) = counters else { return Ok(false) };
@@ -261,7 +264,7 @@ pub fn check(stage: &mut Stage) -> Result<(), Diagnostics> {
 fn environment_of(stage: &mut Stage, settings: &Render, sampled: bool) -> Result<Option<Environment>, Diagnostics> {
     let Render { environment_intensity: intensity, environment_rotation: rotation, .. } = *settings;
     let Some(name) = &settings.environment else {
-        let sky = settings.sky.map(|colors| Source::Sky(colors.map(|c| c.as_vec3())));
+        let sky = settings.sky.map(|colors| EnvironmentMap::Sky(colors.map(|c| c.as_vec3())));
         return Ok(sky.map(|source| {
             let mut sky = Environment::new(source, intensity, rotation);
             if sampled {
@@ -285,7 +288,7 @@ fn environment_of(stage: &mut Stage, settings: &Render, sampled: bool) -> Result
 
 /// Traces samples again that may differ from those of the frames before, and keeps the others.
 fn retrace_stale_tiles(
-    view: View,
+    estimator: Estimator,
     accumulators: &mut FrameAccumulators,
     cache: &mut StaticCameraCache,
     of_window: usize,
@@ -293,17 +296,18 @@ fn retrace_stale_tiles(
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Option<Counters> {
-    let settings = view.settings;
-    let draws = settings.integrator == Integrator::Path || !view.lights.emitters().is_empty();
+    let context = estimator.context;
+    let settings = context.settings;
+    let draws = settings.integrator == Integrator::Path || !context.lights.emitters().is_empty();
     let changes =
-        cache.begin(of_window, view.geometry.bounds(), if draws { view.lights.chances() } else { Vec::new() });
+        cache.begin(of_window, context.geometry.bounds(), if draws { context.lights.chances() } else { Vec::new() });
     let samples = (settings.rounds == 1 && !settings.features).then_some(settings.strata * settings.strata);
     let pixels = |tile: usize| tile_pixels(tile, accumulators.size).len();
     if !cache.make_room(&accumulators.tiles, pixels, samples) {
-        return tiles(view, Share::WHOLE, accumulators, cancel, progress);
+        return tiles(estimator, SampleSubset::WHOLE, accumulators, cancel, progress);
     }
-    let (lookout, kept) = cache.parts(of_window);
-    let view = View { lookout: Some(lookout), ..view };
+    let (regions, kept) = cache.parts(of_window);
+    let estimator = Estimator { context: RenderContext { regions: Some(regions), ..context }, ..estimator };
     let size = accumulators.size;
     let total = accumulators.tiles.len();
     let done = AtomicUsize::new(0);
@@ -313,8 +317,8 @@ fn retrace_stale_tiles(
             return None;
         }
         worker.start_tile();
-        let again = integrator::expose_again(
-            view,
+        let again = integrator::retrace(
+            estimator,
             &tile_pixels(index, size),
             &changes,
             &mut kept.trail,
@@ -323,7 +327,7 @@ fn retrace_stale_tiles(
         );
         accumulator.clone_from(&kept.accumulator);
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-        Some((std::mem::take(&mut worker.counters), [again, kept.trail.len()]))
+        Some((worker.take_counters(), [again, kept.trail.len()]))
     };
     let both = accumulators.tiles.par_iter_mut().zip(kept.par_iter_mut()).enumerate();
     let traced: Option<Vec<_>> = both.map_init(Worker::default, trace).collect();
@@ -341,8 +345,8 @@ fn retrace_stale_tiles(
 
 /// Adds a subset of all samples, each tile to the accumulators of its own; returns what they cost.
 fn tiles(
-    view: View,
-    share: Share,
+    estimator: Estimator,
+    share: SampleSubset,
     accumulators: &mut FrameAccumulators,
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
@@ -355,9 +359,9 @@ fn tiles(
             return None;
         }
         worker.start_tile();
-        integrator::expose(view, &tile_pixels(index, size), share, accumulators, worker);
+        integrator::render_pixels(estimator, &tile_pixels(index, size), share, accumulators, worker);
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, total * share.of as usize);
-        Some(std::mem::take(&mut worker.counters))
+        Some(worker.take_counters())
     };
     let tiles = accumulators.tiles.par_chunks_mut(accumulators.passes).enumerate();
     let traced: Option<Vec<_>> = tiles.map_init(Worker::default, trace).collect();

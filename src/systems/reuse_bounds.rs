@@ -10,7 +10,7 @@ use super::stage::{AuthoredIndex, Stage, get};
 use crate::base::digest::{Digest, Hasher};
 use crate::components::content::{feed_component, feed_record};
 use crate::components::*;
-use crate::trace::footprint::Place;
+use crate::trace::reuse::Kdop;
 
 /// Where an entity can change what rays find.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +20,7 @@ pub enum ReuseBounds {
     /// It has a finite size.
     Bounded {
         digest: Digest,
-        place: Place,
+        place: Kdop,
         /// Address of its mesh: how a mesh is traced depends on how many share it.
         mesh: Option<usize>,
     },
@@ -34,7 +34,7 @@ pub fn reuse_bounds(stage: &Stage, index: usize) -> ReuseBounds {
     let placement = stage.world.get::<&Placement>(entity).map_or(DAffine3::IDENTITY, |p| p.0);
     let mut hasher = Hasher::default();
     placement.to_cols_array().into_iter().for_each(|x| hasher.number(x));
-    let (mut place, mut mesh, mut everywhere): (Option<Place>, _, _) = (None, None, false);
+    let (mut place, mut mesh, mut everywhere): (Option<Kdop>, _, _) = (None, None, false);
     for component in Kind::ALL.iter().filter_map(|kind| get(&stage.world, entity, *kind)) {
         feed_component(&component, |_| true, &mut hasher, &mut |_, _| {});
         match &component {
@@ -58,7 +58,7 @@ pub fn reuse_bounds(stage: &Stage, index: usize) -> ReuseBounds {
             let turned = placement.matrix3.transpose();
             let reach = |d: DVec3| support(&component, turned * d) + placement.translation.dot(d);
             place =
-                Some(place.unwrap_or_default().union(Place::new(reach).wider(rounding_error(&component, &placement))));
+                Some(place.unwrap_or_default().union(Kdop::new(reach).wider(rounding_error(&component, &placement))));
         }
     }
     let digest = hasher.finish();

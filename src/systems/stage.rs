@@ -10,8 +10,9 @@ use crate::base::diagnostics::Diagnostic;
 use crate::base::project::Folder;
 use crate::components::entity::every_kind;
 use crate::components::*;
-use crate::trace::environment::Environment;
-use crate::trace::{Accelerator, Geometry};
+use crate::trace::accel::Accelerator;
+use crate::trace::light::environment::Environment;
+use crate::trace::primitive::Geometry;
 
 /// Position of an entity in the authored order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

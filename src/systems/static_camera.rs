@@ -5,15 +5,14 @@ use glam::Vec3;
 use super::reuse_bounds::ReuseBounds;
 use crate::base::limits;
 use crate::film::PixelAccumulator;
-use crate::trace::Geometry;
-use crate::trace::footprint::{Boxes, Change, Changes, Lookout, Place, Trail};
-use crate::trace::geometry::Bounds;
+use crate::trace::primitive::{Bounds, Geometry};
+use crate::trace::reuse::{Change, Changes, DirtyRegions, Kdop, SampleHistory, TrackedRegions};
 use crate::trace::simd::Width;
 
 /// The frames of a window, which differ in objects alone: the state of each object in each frame.
 #[derive(Debug, Default)]
 pub struct ObjectStates {
-    pub boxes: Boxes,
+    pub boxes: TrackedRegions,
     /// By frame and object: the number of its state; none if it is not there.
     states: Vec<Vec<Option<u32>>>,
     /// The bit that stands for a state in footprints.
@@ -24,7 +23,7 @@ pub struct ObjectStates {
 #[derive(Clone, Copy, Debug)]
 struct ObjectState {
     frame: usize,
-    place: Place,
+    place: Kdop,
 }
 
 impl ObjectStates {
@@ -75,7 +74,7 @@ impl ObjectStates {
         } else {
             merge_by_frame(&all, objects.len(), limit)
         };
-        Some(ObjectStates { boxes: Boxes::new(&places), states, bits })
+        Some(ObjectStates { boxes: TrackedRegions::new(&places), states, bits })
     }
 
     /// Bits of the states that objects left or took from one frame to another.
@@ -104,24 +103,24 @@ fn by_size(objects: &[Vec<ReuseBounds>]) -> Vec<usize> {
 }
 
 /// Bounds of states, those that first appear in one frame and lie near each other merged.
-fn merge_by_frame(all: &[ObjectState], frames: usize, limit: usize) -> Vec<(Place, u64)> {
+fn merge_by_frame(all: &[ObjectState], frames: usize, limit: usize) -> Vec<(Kdop, u64)> {
     let mut places = Vec::new();
     for frame in 0..frames {
-        let mut some: Vec<Place> = all.iter().filter(|s| s.frame == frame).map(|s| s.place).collect();
+        let mut some: Vec<Kdop> = all.iter().filter(|s| s.frame == frame).map(|s| s.place).collect();
         merge_nearby(&mut some, (limit / frames).max(1), &mut |place| places.push((place, 1 << frame)));
     }
     places
 }
 
 /// Merges bounds to `limit` at most: halves them along the longest axis of the box around their centres.
-fn merge_nearby(places: &mut [Place], limit: usize, found: &mut impl FnMut(Place)) {
+fn merge_nearby(places: &mut [Kdop], limit: usize, found: &mut impl FnMut(Kdop)) {
     if places.len() <= limit {
         return places.iter().for_each(|place| found(*place));
     }
     if limit == 1 {
-        return found(places.iter().fold(Place::default(), |all, place| all.union(*place)));
+        return found(places.iter().fold(Kdop::default(), |all, place| all.union(*place)));
     }
-    let middle = |place: &Place| place.bounds().center();
+    let middle = |place: &Kdop| place.bounds().center();
     let centers: Vec<_> = places.iter().map(middle).collect();
     let sides = Bounds::around(&centers).size();
     let axis = (0..3).max_by(|a, b| sides[*a].total_cmp(&sides[*b])).unwrap_or(0);
@@ -135,7 +134,7 @@ fn merge_nearby(places: &mut [Place], limit: usize, found: &mut impl FnMut(Place
 #[derive(Debug)]
 pub struct CachedTile {
     pub accumulator: PixelAccumulator,
-    pub trail: Trail,
+    pub trail: SampleHistory,
 }
 
 /// What samples of a frame depend on beside what their rays meet.
@@ -168,12 +167,12 @@ impl StaticCameraCache {
     }
 
     /// The bounds that the rays of a frame are to be tested against, and the tiles.
-    pub fn parts(&mut self, frame: usize) -> (Lookout<'_>, &mut [CachedTile]) {
+    pub fn parts(&mut self, frame: usize) -> (DirtyRegions<'_>, &mut [CachedTile]) {
         let StaticCameraCache { states, tiles, middle, .. } = self;
         let later = frame + 1..states.frames();
         let live = later.fold(0, |bits, later| bits | states.changes(frame, later));
         let middle = middle.unwrap_or_default();
-        (Lookout { boxes: &states.boxes, live, middle, width: Width::detect() }, tiles)
+        (DirtyRegions { boxes: &states.boxes, live, middle, width: Width::detect() }, tiles)
     }
 
     /// Begins a frame: `bounds` are those of its finite primitives, `chances` the probabilities that lights are sampled by.
@@ -209,7 +208,7 @@ impl StaticCameraCache {
         if self.tiles.is_empty() {
             let bytes = |each: u32| -> usize {
                 let tile = |(i, accumulator): (usize, &PixelAccumulator)| {
-                    accumulator.bytes() + size_of::<CachedTile>() + Trail::bytes(pixels(i), each)
+                    accumulator.bytes() + size_of::<CachedTile>() + SampleHistory::bytes(pixels(i), each)
                 };
                 empty.iter().enumerate().map(tile).sum()
             };
@@ -217,7 +216,7 @@ impl StaticCameraCache {
             let Some(each) = samples.into_iter().chain([0]).find(fits) else { return false };
             let tile = |(i, accumulator): (usize, &PixelAccumulator)| CachedTile {
                 accumulator: accumulator.clone(),
-                trail: Trail::new(pixels(i), each),
+                trail: SampleHistory::new(pixels(i), each),
             };
             self.tiles = empty.iter().enumerate().map(tile).collect();
         }
@@ -238,13 +237,13 @@ mod tests {
 
     use super::*;
     use crate::base::digest::Digest;
-    use crate::trace::Ray;
-    use crate::trace::footprint::{Footprint, Mark};
+    use crate::trace::reuse::{Footprint, TouchMask};
+    use crate::trace::soa::Ray;
 
     fn ball(x: f32, look: u128) -> ReuseBounds {
         let center = DVec3::X * f64::from(x);
         let digest = Digest(look << 64 | u128::from(x.to_bits()));
-        let place = Place::new(|d| d.dot(center) + 0.4 * d.length());
+        let place = Kdop::new(|d| d.dot(center) + 0.4 * d.length());
         ReuseBounds::Bounded { digest, place, mesh: None }
     }
 
@@ -253,10 +252,10 @@ mod tests {
         let states = ObjectStates::new(objects, limit).unwrap();
         let mut cache = StaticCameraCache::new(states, 0);
         let mut footprint = Footprint::default();
-        footprint.begin(std::iter::once(Mark::default()));
+        footprint.begin(std::iter::once(TouchMask::default()));
         let ray = Ray::new(Vec3::new(x, 9.0, 0.0), Vec3::NEG_Y);
         footprint.add(cache.parts(0).0, std::iter::once((ray, 0, 20.0)));
-        let mut trail = Trail::new(1, 1);
+        let mut trail = SampleHistory::new(1, 1);
         trail.keep_samples(&[0], &[Vec3::ONE], &footprint, 0);
         cache.begin(0, Bounds::default(), Vec::new());
         let mut is_same = |frame| trail.stale(&cache.begin(frame, Bounds::default(), Vec::new())).is_empty();

@@ -10,8 +10,8 @@ use super::stage::{AuthoredIndex, Despawned, Stage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::*;
 use crate::load::image;
-use crate::trace::geometry::{Bounds, Frame, Map};
-use crate::trace::texture::{Dress, Layer, Skins};
+use crate::trace::material::texture::{TextureBindings, TextureLayer, TextureSet};
+use crate::trace::primitive::{AffineMap, Bounds, ObjectSpace};
 
 /// Calls for every texture of the World, with whether it is of colours and with what a message calls its owner.
 fn for_each_texture(
@@ -54,20 +54,20 @@ pub fn load_images(stage: &mut Stage) -> Result<(), Diagnostics> {
 ///
 /// # Errors
 /// As [`load_images`].
-pub fn texture_bindings(stage: &mut Stage) -> Result<Skins, Diagnostics> {
+pub fn texture_bindings(stage: &mut Stage) -> Result<TextureBindings, Diagnostics> {
     load_images(stage)?;
     let stage = &*stage;
     let curved = stage.settings().transfer == Transfer::Srgb;
     let layer = |texture: &Texture, coloured: bool| {
         let picture =
             |file: &Text| stage.derived.images.0.get(&(file.clone(), texture.decodes(coloured && curved))).cloned();
-        Layer::new(texture, texture.image.as_ref().and_then(picture))
+        TextureLayer::new(texture, texture.image.as_ref().and_then(picture))
     };
     let of_material = |entity: &hecs::Entity| {
         let material = stage.world.get::<&Material>(*entity).ok();
-        material.map_or_else(Dress::default, |material| {
+        material.map_or_else(TextureSet::default, |material| {
             let one = |map: &Option<Box<Texture>>, coloured| map.as_deref().map(|texture| layer(texture, coloured));
-            Dress {
+            TextureSet {
                 color: one(&material.color_map, true).into_iter().collect(),
                 specular: one(&material.specular_map, true),
                 roughness: one(&material.roughness_map, false),
@@ -76,8 +76,8 @@ pub fn texture_bindings(stage: &mut Stage) -> Result<Skins, Diagnostics> {
             }
         })
     };
-    let sets: Vec<Dress> = stage.materials.iter().map(of_material).collect();
-    let mut bindings = Skins::default();
+    let sets: Vec<TextureSet> = stage.materials.iter().map(of_material).collect();
+    let mut bindings = TextureBindings::default();
     let of_material: Vec<Option<u32>> =
         sets.iter().map(|set| (!set.is_empty()).then(|| bindings.add(set.clone()))).collect();
     type Parts<'q> =
@@ -96,7 +96,7 @@ pub fn texture_bindings(stage: &mut Stage) -> Result<Skins, Diagnostics> {
         let set = match texture {
             None => material.and_then(|i| of_material[i]),
             Some(texture) => Some(*own.entry((material, format!("{texture:?}"))).or_insert_with(|| {
-                let mut set = material.map_or_else(Dress::default, |i| sets[i].clone());
+                let mut set = material.map_or_else(TextureSet::default, |i| sets[i].clone());
                 set.color.push(layer(texture, true));
                 bindings.add(set)
             })),
@@ -109,9 +109,9 @@ pub fn texture_bindings(stage: &mut Stage) -> Result<Skins, Diagnostics> {
 }
 
 /// The local space of an entity, as `extract` has it.
-fn frame(placement: Option<&Placement>, mesh: Option<&Mesh>) -> Frame {
+fn frame(placement: Option<&Placement>, mesh: Option<&Mesh>) -> ObjectSpace {
     let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
     let bare = mesh.filter(|mesh| mesh.data.uvs.is_empty());
     let center = bare.map(|mesh: &Mesh| -> Vec3 { Bounds::around(&Arc::clone(&mesh.data).vertices).center() });
-    Frame { map: Map::new(&map), center }
+    ObjectSpace { map: AffineMap::new(&map), center }
 }

@@ -33,29 +33,7 @@ const CRATES: &[(&str, &[&str])] = &[
 const LONGEST_FILE: usize = 500;
 
 /// Type names that are declared more than once, each with the reason. The list may only shrink.
-const SHARED_NAMES: &[(&str, &str)] = &[
-    ("Boxes", "kernel: not yet renamed"),
-    ("Columns", "kernel: not yet renamed"),
-    ("Cone", "kernel: not yet renamed"),
-    ("Crossing", "kernel: not yet renamed"),
-    ("Found", "kernel: not yet renamed"),
-    ("Frame", "kernel: not yet renamed"),
-    ("Group", "kernel: not yet renamed"),
-    ("Kind", "kernel: not yet renamed"),
-    ("Model", "kernel: not yet renamed"),
-    ("Node", "kernel: not yet renamed"),
-    ("Part", "kernel: not yet renamed"),
-    ("Place", "kernel: not yet renamed"),
-    ("Plane", "kernel: not yet renamed"),
-    ("Probe", "kernel: not yet renamed"),
-    ("Sample", "kernel: not yet renamed"),
-    ("Shadows", "kernel: not yet renamed"),
-    ("Shares", "kernel: not yet renamed"),
-    ("Sheet", "kernel: not yet renamed"),
-    ("Sight", "kernel: not yet renamed"),
-    ("Source", "kernel: not yet renamed"),
-    ("Walk", "kernel: not yet renamed"),
-];
+const SHARED_NAMES: &[(&str, &str)] = &[];
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
@@ -74,22 +52,22 @@ fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
     found
 }
 
-struct Source {
-    path: PathBuf,
+pub struct Source {
+    pub path: PathBuf,
     room: String,
-    text: String,
+    pub text: String,
 }
 
 impl Source {
     /// Lines of code with their numbers: no comments, and nothing below the tests.
-    fn code(&self) -> impl Iterator<Item = (usize, &str)> {
+    pub fn code(&self) -> impl Iterator<Item = (usize, &str)> {
         let is_test_file = self.path.ends_with("tests.rs");
         let lines = self.text.lines().enumerate().take_while(move |(_, line)| !is_test_file && *line != "#[cfg(test)]");
         lines.map(|(i, line)| (i + 1, line.split("//").next().unwrap_or("")))
     }
 }
 
-fn sources() -> Vec<Source> {
+pub fn sources() -> Vec<Source> {
     let src = root().join("src");
     let read = |path: PathBuf| {
         let below = path.strip_prefix(&src).unwrap();
@@ -115,7 +93,7 @@ fn imported(line: &str) -> Vec<String> {
     names
 }
 
-fn fail_on(problems: Vec<String>) {
+pub fn fail_on(problems: Vec<String>) {
     assert!(problems.is_empty(), "\n{}", problems.join("\n"));
 }
 

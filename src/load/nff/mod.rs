@@ -11,6 +11,7 @@ mod lexer;
 mod shapes;
 
 use glam::DVec3;
+use lexer::{Lexer, Word};
 use rustc_hash::FxHashMap;
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, Severity, nearest};
@@ -18,7 +19,6 @@ use crate::base::limits;
 use crate::base::project::Folder;
 use crate::components::*;
 use crate::load::image;
-use lexer::{Lexer, Word};
 
 /// Every record that is read or known to be passed over.
 const KEYWORDS: [&str; 29] = [

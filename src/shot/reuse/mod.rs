@@ -21,6 +21,9 @@ pub mod photons;
 pub mod static_camera;
 
 use glam::Vec3;
+use light_mix::LightMix;
+use photons::PhotonReuse;
+use static_camera::TileReuse;
 
 use crate::base::digest::Digest;
 use crate::components::Render;
@@ -28,9 +31,6 @@ use crate::film::Film;
 use crate::shot::Shot;
 use crate::shot::plan::PlannedFrame;
 use crate::systems::{self, FrameStats, PartialFrame};
-use light_mix::LightMix;
-use photons::PhotonReuse;
-use static_camera::TileReuse;
 
 /// How far frames may be made from one another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,11 +5,11 @@ use super::ReusePolicy;
 use crate::base::digest::Digest;
 use crate::shot::plan::PlannedFrame;
 use crate::systems::PartialFrame;
-use crate::trace::integrator::Shelf;
+use crate::trace::integrator::photon::PhotonCache;
 
 /// The photon maps of the frame before, and the digest of all that decides them.
 #[derive(Default)]
-pub struct PhotonReuse(Option<(Digest, Shelf)>);
+pub struct PhotonReuse(Option<(Digest, PhotonCache)>);
 
 fn key(run: &[Vec<&PlannedFrame>], index: usize) -> Option<Digest> {
     run.get(index)?[0].fingerprint.as_ref().ok()?.photons
@@ -21,7 +21,7 @@ impl PhotonReuse {
         let wanted = key(run, index).filter(|_| policy.reuse);
         let kept = self.0.take().filter(|(digest, _)| Some(*digest) == wanted).map(|(_, maps)| maps);
         let serves_next = wanted.is_some() && key(run, index + 1) == wanted;
-        frame.photon_cache = kept.or_else(|| serves_next.then(|| Shelf::new(policy.memory << 20)));
+        frame.photon_cache = kept.or_else(|| serves_next.then(|| PhotonCache::new(policy.memory << 20)));
     }
 
     /// Takes the maps back if the next frame can use them.
