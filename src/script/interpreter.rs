@@ -11,7 +11,7 @@ use super::handles::SceneHandle;
 use super::modules::{ModuleGraph, ModuleLoader};
 use super::overlay::{NameIndex, Overlay};
 use super::time::{self, Header};
-use super::{errors, sandbox};
+use super::{Moment, errors, sandbox};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place};
 use crate::base::project::{FileRole, Project};
 use crate::base::{files, limits, random as hash};
@@ -94,7 +94,7 @@ impl Interpreter {
     ///
     /// # Errors
     /// Mistakes of the script, with their places and the frame.
-    pub fn call(&self, scene: &Arc<Scene>, time: Option<(u32, f64)>) -> Result<Vec<Edit>, Diagnostics> {
+    pub fn call(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Result<Vec<Edit>, Diagnostics> {
         let (outcome, handle) = self.run(scene, time, sandbox::is_probing());
         let error = match outcome {
             Ok(()) => return Ok(handle.into_edits()),
@@ -108,7 +108,7 @@ impl Interpreter {
 
     /// Runs a function: called, or as a text of its own, which loses no places but is another thing in corners of the
     /// language.
-    fn run(&self, scene: &Arc<Scene>, time: Option<(u32, f64)>, unwrapped: bool) -> (Fallible<()>, SceneHandle) {
+    fn run(&self, scene: &Arc<Scene>, time: Option<Moment>, unwrapped: bool) -> (Fallible<()>, SceneHandle) {
         let number = time.map_or(0, |(number, _)| number);
         let seed = hash::hash_words([self.header.seed, u64::from(number)]);
         let handle = SceneHandle::new(Overlay::new(scene.clone(), self.index_of(scene)), seed);
@@ -165,7 +165,7 @@ impl Interpreter {
 
     /// A limit ends a run from inside of any depth of functions, and the place is lost on the way out. The run is the
     /// same every time, so that it can be stopped at the same step where its place is not lost.
-    fn place_by_running_again(&self, scene: &Arc<Scene>, time: Option<(u32, f64)>) -> Option<Position> {
+    fn place_by_running_again(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Option<Position> {
         if sandbox::is_probing() {
             return None;
         }

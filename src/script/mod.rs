@@ -86,9 +86,12 @@ pub struct Program {
     given: Vec<String>,
 }
 
+/// A frame, counted from 1, and how many frames from its own time.
+pub type Moment = (u32, f64);
+
 enum Evaluator {
     Here(Box<Interpreter>),
-    Hosted(HostPool),
+    Hosted(Box<HostPool>),
 }
 
 impl Program {
@@ -110,7 +113,7 @@ impl Program {
             }
             Evaluation::Hosted(command) => {
                 let (pool, opened) = HostPool::open(command, path, defines, project)?;
-                (Evaluator::Hosted(pool), opened.header, opened.has_setup, opened.place_of_scene)
+                (Evaluator::Hosted(Box::new(pool)), opened.header, opened.has_setup, opened.place_of_scene)
             }
         };
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
@@ -186,7 +189,7 @@ impl Program {
         self.call(rest, Some((number, offset)))
     }
 
-    fn call(&self, scene: &Arc<Scene>, time: Option<(u32, f64)>) -> Result<Vec<Edit>, Diagnostics> {
+    fn call(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Result<Vec<Edit>, Diagnostics> {
         match &self.evaluator {
             Evaluator::Here(interpreter) => interpreter.call(scene, time),
             Evaluator::Hosted(pool) => pool.call(scene, time),

@@ -28,8 +28,15 @@ pub enum Stopped {
 pub struct Probe {
     /// The step at which the run ends.
     pub stop_at: Option<u64>,
-    /// Calls back at every so many steps, from one of them on.
-    pub report: Option<(u64, u64, fn(u64))>,
+    pub report: Option<Report>,
+}
+
+/// Tells of steps: every so many, from one of them on.
+#[derive(Clone, Copy)]
+pub struct Report {
+    pub from: u64,
+    pub every: u64,
+    pub tell: fn(u64),
 }
 
 struct Watch {
@@ -93,16 +100,16 @@ impl Watch {
             shown.store(steps, Ordering::Relaxed);
         }
         let Probe { stop_at, report } = self.probe.get();
-        if let Some((from, every, call)) = report
+        if let Some(Report { from, every, tell }) = report
             && steps >= from
-            && steps % every == 0
+            && steps.is_multiple_of(every)
         {
-            call(steps);
+            tell(steps);
         }
         if stop_at.is_some_and(|at| steps >= at) {
             return Some(Stopped::Mark);
         }
-        if steps % 64 == 0
+        if steps.is_multiple_of(64)
             && self.ceiling.get() < usize::MAX
             && memory::held().is_some_and(|held| held > self.ceiling.get())
         {
@@ -112,7 +119,7 @@ impl Watch {
             let started = self.started.get()?;
             Some(clock::thread_time().saturating_sub(started) >= Duration::from_secs(limits::SCRIPT_SECONDS))
         };
-        (steps % 4096 == 0 && is_late() == Some(true)).then_some(Stopped::Time)
+        (steps.is_multiple_of(4096) && is_late() == Some(true)).then_some(Stopped::Time)
     }
 }
 

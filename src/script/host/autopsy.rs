@@ -12,6 +12,10 @@ use super::worker::{Death, SentScene, Worker};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place};
 use crate::base::limits;
 use crate::base::project::Project;
+use crate::script::Moment;
+
+/// A call with the scene that it started from.
+pub type SentCall<'a> = (&'a Arc<SentScene>, Option<Moment>);
 
 /// What was run.
 pub struct Autopsy<'a> {
@@ -19,7 +23,7 @@ pub struct Autopsy<'a> {
     pub opening: &'a Opening,
     pub project: &'a Project,
     /// The call; the opening itself if there is none.
-    pub call: Option<(&'a Arc<SentScene>, Option<(u32, f64)>)>,
+    pub call: Option<SentCall<'a>>,
 }
 
 /// Steps between two that are told at first.

@@ -7,12 +7,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub use super::protocol::Opened;
 
 use super::HostCommand;
-use super::autopsy::{self, Autopsy};
+use super::autopsy::{self, Autopsy, SentCall};
 use super::protocol::Opening;
 use super::worker::{Death, SentScene, Worker};
 use crate::base::diagnostics::Diagnostics;
 use crate::base::project::Project;
 use crate::components::{Edit, Scene};
+use crate::script::Moment;
 
 /// One script, open in some processes.
 pub struct HostPool {
@@ -68,7 +69,7 @@ impl HostPool {
     ///
     /// # Errors
     /// Mistakes of the script; a process that cannot be started or that the script has ended.
-    pub fn call(&self, scene: &Arc<Scene>, time: Option<(u32, f64)>) -> Result<Vec<Edit>, Diagnostics> {
+    pub fn call(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Result<Vec<Edit>, Diagnostics> {
         let scene = self.sent(scene);
         let idle = lock(&self.idle).pop();
         let mut worker = match idle {
@@ -104,7 +105,7 @@ impl HostPool {
         sent
     }
 
-    fn explain(&self, death: &Death, call: Option<(&Arc<SentScene>, Option<(u32, f64)>)>) -> Diagnostics {
+    fn explain(&self, death: &Death, call: Option<SentCall>) -> Diagnostics {
         let is_new = self.looked_into.fetch_add(1, Ordering::Relaxed) < LOOKED_INTO;
         let autopsy = Autopsy { command: &self.command, opening: &self.opening, project: &self.project, call };
         autopsy::explain(&autopsy, death, is_new)

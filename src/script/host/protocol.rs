@@ -7,6 +7,7 @@ use crate::base::codec::{Codec, Decoder, Encoder, Malformed};
 use crate::base::diagnostics::{Diagnostics, Place};
 use crate::base::limits;
 use crate::base::project::FileRole;
+use crate::script::Moment;
 use crate::script::time::{Header, TimeMode};
 
 /// What the program asks for.
@@ -16,7 +17,7 @@ pub enum Request {
     /// The scene that calls start from until there is another one; not answered. It is in the message behind this one.
     Scene,
     /// Call `setup`, or `frame` at a time; answered with edits.
-    Call(Option<(u32, f64)>),
+    Call(Option<Moment>),
     /// How what follows is to be run.
     Probe(Probing),
 }

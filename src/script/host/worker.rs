@@ -10,6 +10,7 @@ use crate::base::codec::{Codec, Decoder, Encoder, Malformed, SharedTable};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::base::project::Project;
 use crate::components::{Edit, Scene};
+use crate::script::Moment;
 
 /// A scene as bytes, and what answers may name by number.
 pub struct SentScene {
@@ -89,7 +90,7 @@ impl Worker {
     pub fn call(
         &mut self,
         scene: &Arc<SentScene>,
-        time: Option<(u32, f64)>,
+        time: Option<Moment>,
         project: &Project,
     ) -> Result<Result<Vec<Edit>, Diagnostics>, Death> {
         if self.scene.as_ref().is_none_or(|known| !Arc::ptr_eq(known, scene)) {
