@@ -28,5 +28,7 @@ mod sequence;
 mod textures;
 #[path = "all/tool.rs"]
 mod tool;
+#[path = "all/trust.rs"]
+mod trust;
 #[path = "all/vectors.rs"]
 mod vectors;

@@ -4,7 +4,6 @@
 //! hecs World; an entity's index here is its authored order there.
 
 use std::fmt;
-use std::path::PathBuf;
 
 use glam::DVec3;
 use serde::de::{Error as _, MapAccess, Visitor};
@@ -12,7 +11,9 @@ use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::*;
+use crate::base::codec::{Decoder, Encoder, Malformed};
 use crate::base::digest::Digest;
+use crate::base::project::Folder;
 
 /// What a kind of component does for its entity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +69,10 @@ macro_rules! components {
             pub fn default_component(self) -> Component {
                 match self { $( Kind::$variant => Component::$variant($variant::default()) ),* }
             }
+            /// Reads one component of this kind, as another process of this program wrote it.
+            pub fn decode_fields(self, from: &mut Decoder) -> Result<Component, Malformed> {
+                match self { $( Kind::$variant => from.get().map(Component::$variant) ),* }
+            }
             /// Reads one component of this kind.
             pub fn deserialize<'de, D: Deserializer<'de>>(self, d: D) -> Result<Component, D::Error> {
                 match self { $( Kind::$variant => $variant::deserialize(d).map(Component::$variant) ),* }
@@ -82,6 +87,10 @@ macro_rules! components {
             /// Which kind it is.
             pub fn kind(&self) -> Kind {
                 match self { $( Component::$variant(_) => Kind::$variant ),* }
+            }
+            /// Writes it for another process of this program, its kind left out.
+            pub fn encode_fields(&self, to: &mut Encoder) {
+                match self { $( Component::$variant(c) => to.put(c) ),* }
             }
             /// Access to its fields by name.
             pub fn record(&self) -> &dyn Record {
@@ -341,8 +350,8 @@ pub struct Scene {
     /// Named materials in authored order; the names differ.
     pub materials: Vec<(Text, Material)>,
     pub entities: Vec<EntityDesc>,
-    /// Folder that file names in the scene are relative to.
-    pub base: PathBuf,
+    /// Folder that file names in the scene are relative to, and what they may name.
+    pub base: Folder,
     /// Pictures that its textures name, as far as they were read.
     pub images: ImageCache,
 }

@@ -5,6 +5,7 @@
 //! Space, unit and range of every field stand beside it.
 
 pub mod camera;
+mod codec;
 pub mod content;
 pub mod entity;
 pub mod film;

@@ -110,6 +110,15 @@ macro_rules! record {
             }
         }
 
+        impl $crate::base::codec::Codec for $name {
+            fn encode(&self, to: &mut $crate::base::codec::Encoder) {
+                $( to.put(&self.$field); )*
+            }
+            fn decode(from: &mut $crate::base::codec::Decoder) -> Result<Self, $crate::base::codec::Malformed> {
+                Ok($name { $( $field: from.get()?, )* })
+            }
+        }
+
         /// Only the fields that differ from their defaults are written.
         impl serde::Serialize for $name {
             fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -159,6 +168,16 @@ macro_rules! choice {
                 let plain = word.replace(['_', '-'], "");
                 $( if plain.eq_ignore_ascii_case(stringify!($variant)) { return Some($name::$variant); } )*
                 None
+            }
+        }
+
+        impl $crate::base::codec::Codec for $name {
+            fn encode(&self, to: &mut $crate::base::codec::Encoder) {
+                to.put(&(*self as u8));
+            }
+            fn decode(from: &mut $crate::base::codec::Decoder) -> Result<Self, $crate::base::codec::Malformed> {
+                let all = [$( $name::$variant ),*];
+                all.get(usize::from(from.get::<u8>()?)).copied().ok_or($crate::base::codec::Malformed)
             }
         }
 

@@ -17,7 +17,7 @@ use crate::components::*;
 pub fn to_ron(scene: &Scene, target: Option<&Path>) -> Result<String, Diagnostic> {
     let rebase = |file: &Text| -> Text {
         match target {
-            Some(target) if target != scene.base => relative(&scene.base.join(&**file), target).into(),
+            Some(target) if *target != *scene.base => relative(&scene.base.join(&**file), target).into(),
             _ => file.clone(),
         }
     };

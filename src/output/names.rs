@@ -1,6 +1,6 @@
 //! What a frame's file is called.
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use super::format::{FORMATS, Format};
 
@@ -43,16 +43,21 @@ impl Target {
 pub fn resolve(out: Option<&str>, name: &str, sequence: bool, frames: usize) -> Result<Target, String> {
     let usual = FORMATS[0].extensions[0];
     let in_folder = |folder: &str| {
-        let folder = folder.trim_end_matches(['/', '\\']);
+        // A script called `...rhai` has the name `..`, which would lead out of the folder.
+        if !is_plain(name) {
+            return Err(format!("no file can be called `{name}`: name it with -o, as in -o frame.####.png"));
+        }
+        // `/` alone stays what it is.
+        let folder = if folder.len() > 1 { folder.trim_end_matches(['/', '\\']) } else { folder };
         let file = Path::new(folder).join(name).to_string_lossy().into_owned();
-        match sequence {
+        Ok(match sequence {
             true => Target::Pattern { before: format!("{file}."), digits: 4, after: format!(".{usual}") },
             false => Target::File(format!("{file}.{usual}").into()),
-        }
+        })
     };
     let Some(out) = out else {
         let folder = if sequence { format!("frames/{name}") } else { "frames".into() };
-        return Ok(in_folder(&folder));
+        return in_folder(&folder);
     };
     if out.is_empty() {
         return Err("-o: a folder, a pattern or a file name was expected".into());
@@ -67,7 +72,7 @@ pub fn resolve(out: Option<&str>, name: &str, sequence: bool, frames: usize) -> 
         return known(&after).map(|()| Target::Pattern { before: before.to_string(), digits, after: after.clone() });
     }
     if Path::new(out).extension().is_none() || Path::new(out).is_dir() || out.ends_with('/') {
-        return Ok(in_folder(out));
+        return in_folder(out);
     }
     known(out)?;
     if frames > 1 {
@@ -75,6 +80,12 @@ pub fn resolve(out: Option<&str>, name: &str, sequence: bool, frames: usize) -> 
         return Err(format!("-o {out}: {frames} frames need a number in their name, as in {stem}.####{ending}"));
     }
     Ok(Target::File(out.into()))
+}
+
+/// Whether a name is one part of a path and leads nowhere else.
+fn is_plain(name: &str) -> bool {
+    let parts: Vec<Component> = Path::new(name).components().collect();
+    matches!(parts[..], [Component::Normal(part)] if part == name)
 }
 
 /// Sees to it that pictures can be written under a name.
@@ -93,6 +104,16 @@ mod tests {
         match resolve(out, "show", sequence, frames) {
             Ok(target) => target.path(7).to_string_lossy().into_owned(),
             Err(message) => message,
+        }
+    }
+
+    #[test]
+    fn no_name_leads_out_of_its_folder() {
+        for name in ["..", ".", "", "a/b"] {
+            for out in [None, Some("out/")] {
+                assert!(resolve(out, name, true, 3).unwrap_err().contains("-o frame.####.png"), "{name}");
+            }
+            assert!(resolve(Some("x.##.png"), name, true, 3).is_ok());
         }
     }
 

@@ -65,8 +65,9 @@ impl SceneHandle {
         self.overlay.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub fn edits(&self) -> Vec<Edit> {
-        self.lock().edits()
+    /// What the script has changed.
+    pub fn into_edits(self) -> Vec<Edit> {
+        self.lock().take_edits()
     }
 
     pub fn camera(&self) -> Camera {

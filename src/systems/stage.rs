@@ -8,6 +8,7 @@ use rustc_hash::FxHashMap;
 
 use super::previous_frame::PreviousFrame;
 use crate::base::diagnostics::Diagnostic;
+use crate::base::project::Folder;
 use crate::components::entity::every_kind;
 use crate::components::*;
 use crate::trace::accel::Accelerator;
@@ -49,7 +50,7 @@ pub struct Stage {
     /// Authored index by name.
     pub(super) names: FxHashMap<Text, usize>,
     pub(super) material_names: FxHashMap<Text, usize>,
-    pub(super) base: PathBuf,
+    pub(super) base: Folder,
     /// The time that entities with `motion` go by, in the units of the camera's shutter.
     pub(super) time: f64,
     /// This World in the frame before, if motion is one of the layers.

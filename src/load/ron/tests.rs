@@ -24,7 +24,7 @@ const GOOD: &str = r#"// A scene.
 "#;
 
 fn read(text: &str) -> Result<Scene, String> {
-    parse(text, "a.ron", Path::new("")).map(|(scene, _)| scene).map_err(|d| d.to_string())
+    parse(text, "a.ron", &Folder::from(Path::new(""))).map(|(scene, _)| scene).map_err(|d| d.to_string())
 }
 
 #[track_caller]
@@ -107,7 +107,7 @@ proptest! {
         let end = (start + cut).min(GOOD.len());
         prop_assume!(GOOD.is_char_boundary(end));
         let text = format!("{}{with}{}", &GOOD[..start], &GOOD[end..]);
-        if let Err(diagnostics) = parse(&text, "a.ron", Path::new("")) {
+        if let Err(diagnostics) = parse(&text, "a.ron", &Folder::from(Path::new(""))) {
             for diagnostic in diagnostics.0 {
                 prop_assert!(diagnostic.place.is_some_and(|p| p.line > 0), "{}", diagnostic.message);
             }
