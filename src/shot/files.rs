@@ -10,7 +10,7 @@ use crate::systems::{self, FileRequest, Stage};
 /// An image that cannot be read, and who names it.
 pub fn load_images(stage: &mut Stage) -> Result<(), Diagnostics> {
     for FileRequest { file, decoded, owner } in systems::missing_images(stage) {
-        let base = stage.base().to_path_buf();
+        let base = stage.base().clone();
         let loaded = image::fetch(&mut stage.files_mut().images, &base, &file, decoded);
         loaded.map_err(|e| Diagnostic { message: format!("{owner}: {}", e.message), ..e })?;
     }
@@ -24,7 +24,7 @@ pub fn load_images(stage: &mut Stage) -> Result<(), Diagnostics> {
 pub fn load_all(stage: &mut Stage) -> Result<(), Diagnostics> {
     load_images(stage)?;
     let Some(FileRequest { file, decoded, .. }) = systems::missing_environment(stage) else { return Ok(()) };
-    let base = stage.base().to_path_buf();
+    let base = stage.base().clone();
     let source = image::read_surroundings(&mut stage.files_mut().images, &base, &file, decoded)?;
     stage.files_mut().environment = Some(((file, decoded), source));
     Ok(())

@@ -1,6 +1,5 @@
 //! The World, the authored order of what is in it, and what is kept between frames.
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use hecs::{Entity, EntityBuilder, World};
@@ -141,7 +140,7 @@ impl Stage {
     }
 
     /// The folder that file names in the scene are relative to.
-    pub fn base(&self) -> &Path {
+    pub fn base(&self) -> &Folder {
         &self.base
     }
 
