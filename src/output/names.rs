@@ -69,7 +69,11 @@ pub fn resolve(out: Option<&str>, name: &str, sequence: bool, frames: usize) -> 
     if let Some((start, digits)) = hashes {
         let (before, after) = (&out[..start], &out[start + digits..]);
         let after = if after.contains('.') { after.to_string() } else { format!("{after}.{usual}") };
-        return known(&after).map(|()| Target::Pattern { before: before.to_string(), digits, after: after.clone() });
+        return known(&format!("frame{after}")).map(|()| Target::Pattern {
+            before: before.to_string(),
+            digits,
+            after: after.clone(),
+        });
     }
     if Path::new(out).extension().is_none() || Path::new(out).is_dir() || out.ends_with('/') {
         return in_folder(out);

@@ -3,6 +3,8 @@
 
 use ::rhai::{Engine, FnPtr};
 
+use super::errors::{Fallible, complain};
+
 const NAME: &str = "closure";
 
 fn name(function: &FnPtr) -> String {
@@ -16,4 +18,10 @@ pub fn register(engine: &mut Engine) {
     for word in ["to_string", "to_debug", "print", "debug"] {
         engine.register_fn(word, |function: &mut FnPtr| format!("Fn({})", name(function)));
     }
+    // The engine's list of functions tells them, too.
+    let list = || -> Fallible<()> { complain("`get_fn_metadata_list` is not there for scripts", None) };
+    engine
+        .register_fn("get_fn_metadata_list", list)
+        .register_fn("get_fn_metadata_list", move |_: &str| list())
+        .register_fn("get_fn_metadata_list", move |_: &str, _: i64| list());
 }
