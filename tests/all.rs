@@ -30,3 +30,5 @@ mod textures;
 mod tool;
 #[path = "all/vectors.rs"]
 mod vectors;
+#[path = "all/version.rs"]
+mod version;
