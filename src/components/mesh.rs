@@ -48,6 +48,7 @@ impl PartialEq for Computed {
 }
 
 impl MeshData {
+    /// A mesh without texture coordinates; `normals` are one per vertex, or none.
     pub fn new(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, normals: Vec<Vec3>) -> Self {
         MeshData { vertices, triangles, normals, uvs: Vec::new(), computed: Computed::default() }
     }
@@ -143,10 +144,12 @@ pub struct Mesh {
     pub file: Option<Text>,
     /// Whether missing vertex normals are computed from the triangles around each vertex.
     pub smooth: bool,
+    /// What it is made of, wherever that is from.
     pub data: Arc<MeshData>,
 }
 
 impl Mesh {
+    /// Field names in declared order.
     pub const FIELDS: &'static [&'static str] = &["file", "smooth", "vertices", "triangles", "normals", "uvs"];
     /// The class of each field: `smooth` is about the shading of the data, all else is the data.
     pub const CLASSES: &'static [FieldClass] = &{

@@ -102,6 +102,7 @@ impl Program {
         Ok(Program { engine, ast, constants: globals, header, source, folder, index: Mutex::new(None) })
     }
 
+    /// What the script says of its sequence.
     pub fn header(&self) -> &Header {
         &self.header
     }

@@ -23,7 +23,14 @@ use crate::systems::{self, FrameStats, PartialFrame};
 /// What happens while a shot is rendered.
 pub enum Event {
     /// Tiles of a frame that are done, out of all of its tiles.
-    Tiles { frame: u32, done: usize, total: usize },
+    Tiles {
+        /// Number of the frame, from 1.
+        frame: u32,
+        /// How many are done.
+        done: usize,
+        /// How many there are.
+        total: usize,
+    },
     /// A frame's file is whole.
     Written(Box<Report>),
 }
@@ -40,6 +47,7 @@ pub enum FrameSource {
 }
 
 impl FrameSource {
+    /// The word for it in reports.
     pub fn word(self) -> &'static str {
         match self {
             FrameSource::None => "none",
@@ -52,9 +60,13 @@ impl FrameSource {
 /// One frame whose file is whole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
+    /// Its number, from 1.
     pub frame: u32,
+    /// Where it is.
     pub file: PathBuf,
+    /// Where its pixels are from.
     pub reused: FrameSource,
+    /// What it cost; nothing, if it was not traced.
     pub stats: FrameStats,
     /// From the frame's edits to its whole file.
     pub total_seconds: f64,

@@ -19,13 +19,18 @@ pub enum ReuseBounds {
     Nothing,
     /// It has a finite size.
     Bounded {
+        /// All that decides what rays find there.
         digest: Digest,
+        /// Where rays can meet it, world space.
         place: Kdop,
         /// Address of its mesh: how a mesh is traced depends on how many share it.
         mesh: Option<usize>,
     },
     /// It reaches everywhere, or emits light: rays that never come near it depend on it too.
-    Everywhere { digest: Digest },
+    Everywhere {
+        /// All that decides what rays find.
+        digest: Digest,
+    },
 }
 
 /// The reuse bounds of the entity at an authored index, as the World is now.

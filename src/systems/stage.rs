@@ -131,10 +131,12 @@ pub(super) struct AccelKey {
 }
 
 impl Stage {
+    /// The camera, as edits left it.
     pub fn camera(&self) -> Camera {
         copy(&self.world, self.camera)
     }
 
+    /// Settings of the picture, as edits left them.
     pub fn settings(&self) -> Render {
         copy(&self.world, self.settings)
     }
