@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::record::ranges::{at_least, position};
 use super::record::{Check, Invalid};
-use super::shapes::{Extent, Shape, support_of_box};
+use super::shapes::{Reach, Shape, support_of_box};
 use super::value::{FieldValue, Mismatch, Text, Value};
 use super::{FieldClass, FieldError, Record};
 use crate::base::digest::{Digest, Hasher};
@@ -235,8 +235,8 @@ impl Check for Mesh {
 }
 
 impl Shape for Mesh {
-    fn extent(&self) -> Extent {
-        if self.data.vertices.is_empty() { Extent::Empty } else { Extent::Finite }
+    fn reach(&self) -> Reach {
+        if self.data.vertices.is_empty() { Reach::Empty } else { Reach::Finite }
     }
     fn support(&self, direction: DVec3) -> f64 {
         let of_box = |corners: &[Vec3; 2]| support_of_box(corners.map(|corner| corner.as_dvec3()), direction);

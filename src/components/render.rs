@@ -194,6 +194,16 @@ impl Render {
         }
     }
 
+    /// The settings with another value of the field that [`Self::environment_color`] names.
+    pub fn with_environment_color(mut self, color: DVec3) -> Self {
+        if self.environment.is_some() || self.sky.is_some() {
+            self.environment_intensity = color.x;
+        } else {
+            self.background = color;
+        }
+        self
+    }
+
     /// Full width of the reconstruction filter in pixels.
     pub fn filter_width(&self) -> f64 {
         self.filter_width.unwrap_or(self.filter.usual_width())

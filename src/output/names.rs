@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::format::{FORMATS, Format};
+use super::format::Format;
+use super::formats::FORMATS;
 
 /// Where pictures go.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -191,12 +191,13 @@ fn render_frame(
     let start = Instant::now();
     let planned = run[index][0];
     let frames = run[index].iter().map(|planned| (planned.provenance(&shot.source), planned.file.clone())).collect();
+    let fingerprint = planned.fingerprint.as_ref().map_err(Clone::clone)?;
     let mix = planned.light_mix.as_deref();
-    let fingerprint = planned.fingerprint.as_ref().ok();
-    let factors = mix.zip(fingerprint).map(|(mix, fingerprint)| mix.factors(&shot.input.base, fingerprint));
-    let factors = factors.unwrap_or_default();
-    if let Some((film, render, stats)) = mix.and_then(|mix| reuse_cache.mixed(mix, &factors)) {
+    let factors = mix.map(|mix| mix.factors(&shot.input.base, fingerprint)).unwrap_or_default();
+    let mixed = mix.and_then(|mix| Some((mix, reuse_cache.mixed(mix, &factors)?)));
+    if let Some((mix, (film, render, stats))) = mixed {
         check_assets(shot)?;
+        let render = mix.settings(&shot.input.base, fingerprint, &render);
         return Ok(Some(RenderedFrame { frames, film, render, stats, start }));
     }
     let mut partial = PartialFrame::default();

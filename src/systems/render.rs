@@ -181,7 +181,7 @@ pub fn render_samples(
     }
     let resolved = Settings::new(&settings, partial.stats.seed);
     let environment = environment_of(stage, &settings, resolved.follows_paths())?;
-    let (accelerator, is_new) = accelerate::update(stage, share, geometry.clone());
+    let (accelerator, is_new) = accelerate::update(stage, share, &geometry);
     partial.stats.builds += u32::from(is_new);
     let mut camera = lens::camera_rays(stage, settings.size)?;
     if !resolved.lens {

@@ -13,8 +13,8 @@ use ::exr::prelude::{
     ReadChannels, ReadLayers, Text, WritableImage, f16, read,
 };
 
-use super::Metadata;
-use super::format::{Decoded, Format, Header};
+use super::format::{Decoded, Format, PictureHeader};
+use super::metadata::Metadata;
 use crate::base::limits;
 use crate::components::{Aov, Render};
 use crate::film::Film;
@@ -106,7 +106,7 @@ fn columns(film: &Film, aov: Aov) -> Vec<(&'static str, Vec<f32>)> {
 ///
 /// # Errors
 /// What is wrong with the file, or larger than it may be.
-fn read_header(bytes: &[u8]) -> Result<Header, String> {
+fn read_header(bytes: &[u8]) -> Result<PictureHeader, String> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
     let header = meta.headers.first().ok_or("it has no picture")?;
     let side = |n: usize| u32::try_from(n).ok().filter(|n| (1..=limits::IMAGE_SIDE).contains(n));
@@ -117,7 +117,8 @@ fn read_header(bytes: &[u8]) -> Result<Header, String> {
     // Files are read whole, all of their parts and channels: what they declare has to be bearable.
     let channels: usize = meta.headers.iter().map(|h| h.channels.list.len()).sum();
     let pixels: u64 = meta.headers.iter().map(|h| h.layer_size.area() as u64).fold(0, u64::saturating_add);
-    let bytes_of = |h: &::exr::meta::header::Header| h.layer_size.area() as u64 * h.channels.bytes_per_pixel as u64;
+    let bytes_of =
+        |h: &::exr::meta::header::Header| h.layer_size.area() as u64 * h.channels.bytes_per_pixel as u64;
     let raw = meta.headers.iter().map(bytes_of).fold(0, u64::saturating_add);
     if channels > MOST_CHANNELS || pixels > limits::FRAME_PIXELS || raw / MOST_SQUEEZED > bytes.len() as u64 {
         return Err(format!("it declares {channels} channels of {pixels} pixels in {} bytes", bytes.len()));
@@ -127,7 +128,7 @@ fn read_header(bytes: &[u8]) -> Result<Header, String> {
     let entry = |line: &str| line.split_once(": ").map(|(keyword, text)| (keyword.to_string(), text.to_string()));
     let metadata = comments.lines().filter_map(entry).collect();
     let channels = header.channels.list.iter().map(|c| text(&c.name)).collect();
-    Ok(Header { size: [width, height], channels, metadata })
+    Ok(PictureHeader { size: [width, height], channels, metadata })
 }
 
 /// The linear colours of an EXR file, top row first.
@@ -135,7 +136,7 @@ fn read_header(bytes: &[u8]) -> Result<Header, String> {
 /// # Errors
 /// As [`read_header`]; a file without `R`, `G` and `B`.
 fn decode(bytes: &[u8]) -> Result<Decoded, String> {
-    let Header { size, .. } = read_header(bytes)?;
+    let PictureHeader { size, .. } = read_header(bytes)?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
