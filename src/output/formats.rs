@@ -18,8 +18,8 @@ impl Format {
     pub fn of_path(path: &Path) -> Option<&'static Format> {
         // Not `Path::extension`: a pattern may begin with its number, so that `.png` is all that is known of the name.
         let name = path.to_string_lossy().to_lowercase();
-        let ends = |extension: &&str| name.strip_suffix(*extension).is_some_and(|rest| rest.ends_with('.'));
-        FORMATS.into_iter().find(|format| format.extensions.iter().any(|extension| ends(&extension)))
+        let ends = |extension: &str| name.strip_suffix(extension).is_some_and(|rest| rest.ends_with('.'));
+        FORMATS.into_iter().find(|format| format.extensions.iter().any(|extension| ends(extension)))
     }
 
     /// The format that a file's first bytes say that it has.
