@@ -6,7 +6,7 @@ use super::{Exit, print, usage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::{files, limits};
 use crate::compare::{Picture, difference, difference_picture};
-use crate::output::{Format, Header, write_atomic};
+use crate::output::{Format, PictureHeader, write_atomic};
 
 #[derive(clap::Args)]
 pub struct DiffArguments {
@@ -90,7 +90,7 @@ pub fn info(arguments: InfoArguments) -> Result<Exit, Diagnostics> {
     let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
     let no_picture = |why: &str| Diagnostic::error(format!("{}: {why}", path.display()));
     let format = Format::of_bytes(&bytes).ok_or_else(|| no_picture("not a picture of a format that anim writes"))?;
-    let Header { size, channels, mut metadata } = (format.read_header)(&bytes).map_err(|e| no_picture(&e))?;
+    let PictureHeader { size, channels, mut metadata } = (format.read_header)(&bytes).map_err(|e| no_picture(&e))?;
     if !channels.is_empty() {
         metadata.push(("Channels".into(), channels.join(" ")));
     }

@@ -11,8 +11,11 @@ use crate::output::{Decoded, Format};
 /// A picture as it was written: RGB, top row first; 0 to 1 as a PNG has it, linear and of any size as an EXR has it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
+    /// In pixels.
     pub width: u32,
+    /// In pixels.
     pub height: u32,
+    /// Top row first.
     pub pixels: Vec<[f32; 3]>,
 }
 

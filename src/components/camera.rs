@@ -61,6 +61,7 @@ record! {
         pub focus: Option<Focus> = None => Lens,
         /// Lens radius in world units; 0 is a pinhole with everything in focus.
         pub aperture: f64 = 0.0 => Lens,
+        /// Outline of the opening.
         pub lens: Lens = Lens::Disk => Lens,
         /// As a photographer says it: focal length in mm, takes the place of `fov`.
         pub focal_length: Option<f64> = None,

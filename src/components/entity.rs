@@ -41,7 +41,7 @@ macro_rules! components {
     ($( $name:ident : $variant:ident is $role:ident ),* $(,)?) => {
         /// A component by its name in RON and Rhai.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        pub enum Kind { $( $variant ),* }
+        pub enum Kind { $( #[doc = concat!("`", stringify!($name), "`")] $variant ),* }
 
         impl Kind {
             /// All kinds, in the order of the enum.
@@ -81,7 +81,7 @@ macro_rules! components {
 
         /// A component of any kind.
         #[derive(Clone, Debug, PartialEq)]
-        pub enum Component { $( $variant($variant) ),* }
+        pub enum Component { $( #[doc = concat!("`", stringify!($name), "`")] $variant($variant) ),* }
 
         impl Component {
             /// Which kind it is.
@@ -182,23 +182,28 @@ impl Component {
 /// One entity: a name, tags, and at most one component of each kind, in the order of [`Kind::ALL`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EntityDesc {
+    /// A name that no other entity of the scene has.
     pub name: Option<Text>,
+    /// Words that scripts find it by.
     pub tags: Vec<Text>,
     components: Vec<Component>,
 }
 
 impl EntityDesc {
+    /// An entity without a name.
     pub fn new(components: impl IntoIterator<Item = Component>) -> Self {
         let mut desc = EntityDesc::default();
         components.into_iter().for_each(|c| desc.put(c));
         desc
     }
 
+    /// With a name.
     pub fn named(mut self, name: impl Into<Text>) -> Self {
         self.name = Some(name.into());
         self
     }
 
+    /// Its components, in the order of [`Kind::ALL`].
     pub fn components(&self) -> &[Component] {
         &self.components
     }
@@ -231,6 +236,7 @@ impl EntityDesc {
         }
     }
 
+    /// Takes a component off.
     pub fn take(&mut self, kind: Kind) -> Option<Component> {
         let i = self.components.iter().position(|c| c.kind() == kind)?;
         Some(self.components.remove(i))
@@ -345,10 +351,13 @@ impl<'de> Deserialize<'de> for Key {
 /// A whole scene as data: what a scene file says, with every reference checked.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
+    /// Where it is seen from.
     pub camera: Camera,
+    /// Settings of the picture.
     pub render: Render,
     /// Named materials in authored order; the names differ.
     pub materials: Vec<(Text, Material)>,
+    /// In authored order; the names differ.
     pub entities: Vec<EntityDesc>,
     /// Folder that file names in the scene are relative to, and what they may name.
     pub base: Folder,
@@ -357,10 +366,12 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The number of a material.
     pub fn material_index(&self, name: &str) -> Option<usize> {
         self.materials.iter().position(|(known, _)| &**known == name)
     }
 
+    /// The authored index of an entity.
     pub fn entity_index(&self, name: &str) -> Option<usize> {
         self.entities.iter().position(|desc| desc.name.as_deref() == Some(name))
     }
@@ -369,36 +380,50 @@ impl Scene {
 /// One change to a scene. Indices count in authored order; spawned entities and materials continue it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Edit {
+    /// Replaces the camera.
     Camera(Camera),
+    /// Replaces the settings.
     Render(Render),
     /// Replaces a material's values.
     Material {
+        /// Number of the material.
         index: usize,
+        /// What it becomes.
         material: Material,
     },
     /// Adds a named material at the end.
     AddMaterial {
+        /// A name that no other material has.
         name: Text,
+        /// What it is.
         material: Material,
     },
     /// Adds or replaces one component.
     Put {
+        /// Authored index.
         entity: usize,
+        /// What is put in the place of a component of its kind.
         component: Component,
     },
     /// Removes one component.
     Take {
+        /// Authored index.
         entity: usize,
+        /// Which one.
         kind: Kind,
     },
+    /// Replaces the tags of an entity.
     Tags {
+        /// Authored index.
         entity: usize,
+        /// All of them.
         tags: Vec<Text>,
     },
     /// Adds an entity at the end.
     Spawn(EntityDesc),
     /// Removes an entity; its index stays taken.
     Despawn {
+        /// Authored index.
         entity: usize,
     },
 }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::record::ranges::{at_least, position};
 use super::record::{Check, Invalid};
-use super::shapes::{Extent, Shape, support_of_box};
+use super::shapes::{Reach, Shape, support_of_box};
 use super::value::{FieldValue, Mismatch, Text, Value};
 use super::{FieldClass, FieldError, Record};
 use crate::base::digest::{Digest, Hasher};
@@ -48,6 +48,7 @@ impl PartialEq for Computed {
 }
 
 impl MeshData {
+    /// A mesh without texture coordinates; `normals` are one per vertex, or none.
     pub fn new(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, normals: Vec<Vec3>) -> Self {
         MeshData { vertices, triangles, normals, uvs: Vec::new(), computed: Computed::default() }
     }
@@ -143,10 +144,12 @@ pub struct Mesh {
     pub file: Option<Text>,
     /// Whether missing vertex normals are computed from the triangles around each vertex.
     pub smooth: bool,
+    /// What it is made of, wherever that is from.
     pub data: Arc<MeshData>,
 }
 
 impl Mesh {
+    /// Field names in declared order.
     pub const FIELDS: &'static [&'static str] = &["file", "smooth", "vertices", "triangles", "normals", "uvs"];
     /// The class of each field: `smooth` is about the shading of the data, all else is the data.
     pub const CLASSES: &'static [FieldClass] = &{
@@ -232,8 +235,8 @@ impl Check for Mesh {
 }
 
 impl Shape for Mesh {
-    fn extent(&self) -> Extent {
-        if self.data.vertices.is_empty() { Extent::Empty } else { Extent::Finite }
+    fn reach(&self) -> Reach {
+        if self.data.vertices.is_empty() { Reach::Empty } else { Reach::Finite }
     }
     fn support(&self, direction: DVec3) -> f64 {
         let of_box = |corners: &[Vec3; 2]| support_of_box(corners.map(|corner| corner.as_dvec3()), direction);

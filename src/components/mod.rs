@@ -29,7 +29,7 @@ pub use mesh::{Mesh, MeshData};
 pub use mip_map::{ImageCache, MipLevel, MipMap, Texels};
 pub use record::{Check, FieldClass, FieldError, Invalid, Record};
 pub use render::{Accel, Fresnel, Integrator, Render, Shadows, Transfer};
-pub use shapes::{AABox, Cone, Cylinder, Extent, Plane, Shape, Sphere, Triangle};
+pub use shapes::{AABox, Cone, Cylinder, Plane, Reach, Shape, Sphere, Triangle};
 pub use texture::{Axes, Encoding, Pattern, Space, TexelFilter, Texture, Wrap};
 pub use transform::{Motion, Scale, Transform};
 pub use value::{FieldValue, Mismatch, Text, Value};

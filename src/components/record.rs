@@ -28,7 +28,10 @@ pub enum FieldClass {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FieldError {
     /// No field of that name; what the record has instead.
-    Unknown { known: &'static [&'static str] },
+    Unknown {
+        /// Names of all fields.
+        known: &'static [&'static str],
+    },
     /// A value of the wrong shape.
     Mismatch(Mismatch),
 }
@@ -36,7 +39,9 @@ pub enum FieldError {
 /// A value of the right shape that makes no sense: which field, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Invalid {
+    /// Name of the field.
     pub field: &'static str,
+    /// What was found, and what is allowed.
     pub message: String,
 }
 
@@ -209,6 +214,7 @@ pub mod ranges {
         Err(Invalid { field, message })
     }
 
+    /// Not infinite and not NaN.
     pub fn finite(field: &'static str, x: f64) -> Result<(), Invalid> {
         if x.is_finite() { Ok(()) } else { fail(field, format!("`{field}` must be a finite number, not {x}")) }
     }
@@ -216,6 +222,7 @@ pub mod ranges {
     /// The largest coordinate: its square, and the square of a square, must stay inside `f32` in the kernel.
     pub const FARTHEST: f64 = 1e9;
 
+    /// Within +-[`FARTHEST`].
     pub fn coordinate(field: &'static str, x: f64) -> Result<(), Invalid> {
         finite(field, x)?;
         if x.abs() <= FARTHEST {
@@ -225,25 +232,30 @@ pub mod ranges {
         }
     }
 
+    /// Coordinates all three.
     pub fn position(field: &'static str, v: DVec3) -> Result<(), Invalid> {
         v.to_array().into_iter().try_for_each(|x| coordinate(field, x))
     }
 
+    /// A position other than zero.
     pub fn direction(field: &'static str, v: DVec3) -> Result<(), Invalid> {
         position(field, v)?;
         if v == DVec3::ZERO { fail(field, format!("`{field}` must not be the zero vector")) } else { Ok(()) }
     }
 
+    /// A coordinate from `low` up.
     pub fn at_least(field: &'static str, x: f64, low: f64) -> Result<(), Invalid> {
         coordinate(field, x)?;
         if x >= low { Ok(()) } else { fail(field, format!("`{field}` must be at least {low}, not {x}")) }
     }
 
+    /// A coordinate above `low`.
     pub fn above(field: &'static str, x: f64, low: f64) -> Result<(), Invalid> {
         coordinate(field, x)?;
         if x > low { Ok(()) } else { fail(field, format!("`{field}` must be greater than {low}, not {x}")) }
     }
 
+    /// From `low` to `high`, both included.
     pub fn between(field: &'static str, x: f64, low: f64, high: f64) -> Result<(), Invalid> {
         finite(field, x)?;
         if (low..=high).contains(&x) {
@@ -253,6 +265,7 @@ pub mod ranges {
         }
     }
 
+    /// As [`between`], of whole numbers.
     pub fn whole(field: &'static str, x: u64, low: u64, high: u64) -> Result<(), Invalid> {
         if (low..=high).contains(&x) {
             Ok(())
@@ -261,6 +274,7 @@ pub mod ranges {
         }
     }
 
+    /// Channels from 0 up.
     pub fn color(field: &'static str, v: DVec3) -> Result<(), Invalid> {
         v.to_array().into_iter().try_for_each(|x| at_least(field, x, 0.0))
     }

@@ -82,6 +82,7 @@ record! {
         pub size: [u32; 2] = [640, 360] => Film,
         /// Samples per pixel, rounded down to a square n x n of jittered strata; 1 is the pixel centre.
         pub samples: u32 = 16,
+        /// Which light paths are followed.
         pub integrator: Integrator = Integrator::Distribution,
         /// Colour of rays that leave the scene, linear.
         pub background: DVec3 = DVec3::ZERO => EmittedColor,
@@ -91,6 +92,7 @@ record! {
         pub environment: Option<Text> = None,
         /// Longest chain of rays, the camera's included: 1 shows no reflection.
         pub max_depth: u32 = 6,
+        /// Where on an area light a shadow ray ends.
         pub shadows: Shadows = Shadows::Auto,
         /// Points on each light where `Fixed` shadows are used, rounded down to a square.
         pub shadow_samples: u32 = 16,
@@ -99,14 +101,17 @@ record! {
         /// Whether transparent surfaces let light through to what they shade, dimmed by `transmission` at each; they
         /// block it otherwise, as in the P3F tracers. Not so with `Photon`: photons go through glass by themselves.
         pub transparent_shadows: bool = false,
+        /// How a transparent surface splits light into reflected and refracted.
         pub fresnel: Fresnel = Fresnel::Exact,
         /// Seed of all sampling; follows from the camera's pose when not given.
         pub seed: Option<u64> = None,
+        /// What finds the primitives along a ray; it does not show.
         pub accel: Accel = Accel::Auto => Invisible,
         /// Cells of the grid per primitive: the density of Woo's resolution rule. Blocks of eight want coarse cells.
         pub grid_density: f64 = 1.0 => Invisible,
         /// Bits per channel of the picture file: 8 or 16 of a PNG, 32 for floats instead of halves in an EXR.
         pub bit_depth: u32 = 8 => Film,
+        /// How linear values become the numbers of a picture file for the screen.
         pub transfer: Transfer = Transfer::Srgb,
 
         /// Most that a channel of one sample may be, linear; brighter samples are scaled down to it. Takes out fireflies,
@@ -114,7 +119,9 @@ record! {
         pub clamp: Option<f64> = None => Film,
         /// Exposure in stops: 1 doubles what a picture for the screen shows. EXR files hold the values before it.
         pub exposure: f64 = 0.0 => Film,
+        /// How linear values of any size become values that a screen can show.
         pub tone_map: ToneMap = ToneMap::Clip => Film,
+        /// How samples around a pixel's centre count towards it.
         pub filter: Filter = Filter::Box => Film,
         /// Full width of the filter in pixels, along x and y; the filter's usual one when not given: 1 for `Box`, 2 for
         /// `Tent`, 3 for `Gaussian` and `BlackmanHarris`, 4 for `Mitchell`.
@@ -185,6 +192,16 @@ impl Render {
         } else {
             ("background", self.background)
         }
+    }
+
+    /// The settings with another value of the field that [`Self::environment_color`] names.
+    pub fn with_environment_color(mut self, color: DVec3) -> Self {
+        if self.environment.is_some() || self.sky.is_some() {
+            self.environment_intensity = color.x;
+        } else {
+            self.background = color;
+        }
+        self
     }
 
     /// Full width of the reconstruction filter in pixels.

@@ -10,7 +10,7 @@ use super::record::{Check, Invalid, record};
 
 /// How far a shape reaches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Extent {
+pub enum Reach {
     /// It has no point.
     Empty,
     /// It has bounds.
@@ -22,8 +22,8 @@ pub enum Extent {
 /// What every shape says of itself, whatever it is traced as.
 pub trait Shape {
     /// How far it reaches.
-    fn extent(&self) -> Extent {
-        Extent::Finite
+    fn reach(&self) -> Reach {
+        Reach::Finite
     }
 
     /// Its support function in local space: the greatest dot product of its points and a direction, which may have any
@@ -127,8 +127,8 @@ impl Check for Plane {
 }
 
 impl Shape for Plane {
-    fn extent(&self) -> Extent {
-        Extent::Infinite
+    fn reach(&self) -> Reach {
+        Reach::Infinite
     }
     fn support(&self, _: DVec3) -> f64 {
         f64::INFINITY

@@ -13,12 +13,19 @@ pub type Text = Arc<str>;
 pub enum Value {
     /// No value: an optional field that is not set.
     Unit,
+    /// True or false.
     Bool(bool),
+    /// A whole number.
     Int(i64),
+    /// A number.
     Number(f64),
+    /// A text, or one word out of a few.
     Text(Text),
+    /// A vector, point or colour.
     Vec3(DVec3),
+    /// Values in order.
     List(Vec<Value>),
+    /// Fields of a nested record, by name.
     Map(Vec<(Text, Value)>),
 }
 
@@ -74,11 +81,14 @@ impl fmt::Display for Value {
 /// A value of the wrong shape: what was expected, what was found, and perhaps the nearest right word.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mismatch {
+    /// What was expected, and what was found.
     pub message: String,
+    /// The nearest right word.
     pub help: Option<String>,
 }
 
 impl Mismatch {
+    /// For a value that is not what was expected.
     pub fn new(expected: &str, found: &Value) -> Self {
         Mismatch { message: format!("expected {expected}, found {}", found.describe()), help: None }
     }
@@ -86,6 +96,7 @@ impl Mismatch {
 
 /// A type that a component field may have.
 pub trait FieldValue: Sized {
+    /// The value, free of its type.
     fn to_value(&self) -> Value;
     /// # Errors
     /// [`Mismatch`] if the value has another shape; ranges are checked by the component, not here.

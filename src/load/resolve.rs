@@ -10,16 +10,21 @@ use crate::components::*;
 /// Something wrong in a scene, and the path to it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
+    /// Steps from the scene to the value.
     pub path: Vec<Step>,
+    /// What was found, and what was expected.
     pub message: String,
+    /// What to do about it.
     pub help: Option<String>,
 }
 
 impl Problem {
+    /// A problem without help.
     pub fn new(path: Vec<Step>, message: impl Into<String>) -> Self {
         Problem { path, message: message.into(), help: None }
     }
 
+    /// With what to do about it.
     pub fn help(self, help: Option<String>) -> Self {
         Problem { help, ..self }
     }
@@ -34,6 +39,7 @@ impl Problem {
     }
 }
 
+/// The step to a field.
 pub fn key(name: &str) -> Step {
     Step::Key(name.to_string())
 }

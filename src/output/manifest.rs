@@ -25,8 +25,10 @@ pub const NAME: &str = ".anim-manifest.jsonl";
 pub struct Entry {
     /// Relative to the manifest's folder.
     pub file: String,
+    /// What the file holds.
     #[serde(flatten)]
     pub provenance: Provenance,
+    /// Its length.
     pub bytes: u64,
     /// Digest of the file's bytes.
     #[serde(with = "hex")]
@@ -62,6 +64,7 @@ impl Manifest {
         manifest
     }
 
+    /// The last line about a file.
     pub fn get(&self, file: &Path) -> Option<&Entry> {
         self.entries.get(&self.key(file))
     }

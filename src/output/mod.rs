@@ -3,17 +3,18 @@
 //! What is written depends on the picture and its making alone: no time stamps, no paths, no machine. A file appears
 //! under its final name only when it is whole, and a [`manifest`] beside it knew of it a moment before.
 //!
-//! [`format`](mod@format) holds the table of picture formats; to add one touches that table and a file of its own.
+//! [`formats`] holds the table of picture formats; to add one touches that table and a file of its own.
 
 mod exr;
 pub mod format;
+pub mod formats;
 pub mod manifest;
 pub mod metadata;
 pub mod names;
 mod png;
 mod state;
 
-pub use format::{Decoded, Format, Header};
+pub use format::{Decoded, Format, PictureHeader};
 pub use metadata::{Metadata, Provenance, frame_metadata, provenance_metadata};
 pub use state::{FileState, inspect, relabelled};
 

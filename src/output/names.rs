@@ -2,7 +2,8 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use super::format::{FORMATS, Format};
+use super::format::Format;
+use super::formats::FORMATS;
 
 /// Where pictures go.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -10,7 +11,14 @@ pub enum Target {
     /// One file, for one frame.
     File(PathBuf),
     /// A file per frame: the text before the number, its least number of digits, and the text after it.
-    Pattern { before: String, digits: usize, after: String },
+    Pattern {
+        /// The text before the number, folders included.
+        before: String,
+        /// Least number of digits.
+        digits: usize,
+        /// The text after the number, with the ending.
+        after: String,
+    },
 }
 
 impl Target {

@@ -16,6 +16,7 @@ pub enum FileState {
     Done,
     /// A picture of another content, as an edit leaves it.
     Stale,
+    /// There is no file.
     Missing,
     /// A frame once, but damaged.
     Corrupt,
@@ -24,6 +25,7 @@ pub enum FileState {
 }
 
 impl FileState {
+    /// The word for it in reports.
     pub fn word(self) -> &'static str {
         match self {
             FileState::Done => "done",

@@ -27,7 +27,9 @@ pub const PICTURES: u32 = 4;
 /// An emitter that has another colour in a frame than in the scene that frames start from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmitterColor {
+    /// Which one.
     pub emitter: EmitterId,
+    /// Its colour in the frame, linear.
     pub color: DVec3,
 }
 
@@ -35,6 +37,7 @@ pub struct EmitterColor {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fingerprint {
     parts: PartDigests,
+    /// Emitters whose colours differ from the base scene, if the picture is a sum over lights.
     pub emitter_colors: Vec<EmitterColor>,
     /// Whether the picture is a sum over lights, as far as its settings go.
     pub is_sum: bool,
@@ -124,6 +127,7 @@ pub struct BaseFingerprint {
 }
 
 impl BaseFingerprint {
+    /// Hashes a scene; `assets` are the files that it names.
     pub fn new(scene: Arc<Scene>, assets: Assets) -> Self {
         let materials: FxHashMap<Text, usize> =
             scene.materials.iter().enumerate().map(|(i, (name, _))| (name.clone(), i)).collect();
@@ -149,6 +153,7 @@ impl BaseFingerprint {
         rest
     }
 
+    /// The camera of the scene.
     pub fn camera(&self) -> &Camera {
         &self.scene.camera
     }

@@ -35,14 +35,23 @@ use crate::systems::{self, Stage};
 /// Settings of the command line; they have the last word in every frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
+    /// Width and height in pixels.
     pub size: Option<[u32; 2]>,
+    /// Samples per pixel.
     pub samples: Option<u32>,
+    /// Seed of all sampling.
     pub seed: Option<u64>,
+    /// Which light paths are followed.
     pub integrator: Option<Integrator>,
+    /// What finds primitives along rays.
     pub accel: Option<Accel>,
+    /// Side of the squares that point lights are widened to.
     pub light_size: Option<f64>,
+    /// Bits per channel of the picture file.
     pub bit_depth: Option<u32>,
+    /// Layers beside the colours.
     pub aovs: Option<Vec<Aov>>,
+    /// Whether noise is filtered out.
     pub denoise: Option<bool>,
 }
 
@@ -83,6 +92,7 @@ pub struct Shot {
     pub name: String,
     /// File name of the input.
     pub source: String,
+    /// The World, as `setup` left it.
     pub stage: Stage,
     input: Input,
     project: Arc<Project>,
@@ -255,6 +265,7 @@ impl Shot {
         &self.project
     }
 
+    /// Whether it is a script, and not a scene alone.
     pub fn is_sequence(&self) -> bool {
         self.input.program.is_some()
     }

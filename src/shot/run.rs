@@ -23,7 +23,14 @@ use crate::systems::{self, FrameStats, PartialFrame};
 /// What happens while a shot is rendered.
 pub enum Event {
     /// Tiles of a frame that are done, out of all of its tiles.
-    Tiles { frame: u32, done: usize, total: usize },
+    Tiles {
+        /// Number of the frame, from 1.
+        frame: u32,
+        /// How many are done.
+        done: usize,
+        /// How many there are.
+        total: usize,
+    },
     /// A frame's file is whole.
     Written(Box<Report>),
 }
@@ -40,6 +47,7 @@ pub enum FrameSource {
 }
 
 impl FrameSource {
+    /// The word for it in reports.
     pub fn word(self) -> &'static str {
         match self {
             FrameSource::None => "none",
@@ -52,9 +60,13 @@ impl FrameSource {
 /// One frame whose file is whole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
+    /// Its number, from 1.
     pub frame: u32,
+    /// Where it is.
     pub file: PathBuf,
+    /// Where its pixels are from.
     pub reused: FrameSource,
+    /// What it cost; nothing, if it was not traced.
     pub stats: FrameStats,
     /// From the frame's edits to its whole file.
     pub total_seconds: f64,
@@ -179,12 +191,13 @@ fn render_frame(
     let start = Instant::now();
     let planned = run[index][0];
     let frames = run[index].iter().map(|planned| (planned.provenance(&shot.source), planned.file.clone())).collect();
+    let fingerprint = planned.fingerprint.as_ref().map_err(Clone::clone)?;
     let mix = planned.light_mix.as_deref();
-    let fingerprint = planned.fingerprint.as_ref().ok();
-    let factors = mix.zip(fingerprint).map(|(mix, fingerprint)| mix.factors(&shot.input.base, fingerprint));
-    let factors = factors.unwrap_or_default();
-    if let Some((film, render, stats)) = mix.and_then(|mix| reuse_cache.mixed(mix, &factors)) {
+    let factors = mix.map(|mix| mix.factors(&shot.input.base, fingerprint)).unwrap_or_default();
+    let mixed = mix.and_then(|mix| Some((mix, reuse_cache.mixed(mix, &factors)?)));
+    if let Some((mix, (film, render, stats))) = mixed {
         check_assets(shot)?;
+        let render = mix.settings(&shot.input.base, fingerprint, &render);
         return Ok(Some(RenderedFrame { frames, film, render, stats, start }));
     }
     let mut partial = PartialFrame::default();

@@ -16,7 +16,7 @@ const RAYS_PER_SAMPLE: f64 = 8.0;
 /// built for as many rays as are expected, or a new one; and whether it is new.
 ///
 /// `share` says for how many of a picture's samples the World stands as it does.
-pub fn update(stage: &mut Stage, share: SampleSubset, geometry: Arc<Geometry>) -> (Arc<Accelerator>, bool) {
+pub fn update(stage: &mut Stage, share: SampleSubset, geometry: &Arc<Geometry>) -> (Arc<Accelerator>, bool) {
     let settings = stage.settings();
     let key = AccelKey { choice: settings.accel, density: settings.grid_density };
     let of_picture = rays_of(&settings);
@@ -26,17 +26,19 @@ pub fn update(stage: &mut Stage, share: SampleSubset, geometry: Arc<Geometry>) -
     // One that lasted so long is expected to last as long again, and the first one as long as there are frames.
     let expected = before.as_ref().map_or(at_most, |before| before.served.max(now).min(at_most));
     let fits = |built: &BuiltAccelerator| {
-        Arc::ptr_eq(&built.geometry, &geometry) && built.key == key && !built.accelerator.is_outgrown(expected)
+        std::ptr::eq(built.geometry.as_ptr(), Arc::as_ptr(geometry))
+            && built.key == key
+            && !built.accelerator.is_outgrown(expected)
     };
     let is_new = !before.as_ref().is_some_and(fits);
     let mut built = match before {
         Some(before) if !is_new => before,
         before => {
             let known = before.as_ref().map(|before| &*before.accelerator);
-            let accelerator = Accelerator::rebuild(&geometry, key.choice, key.density, expected, known);
+            let accelerator = Accelerator::rebuild(geometry, key.choice, key.density, expected, known);
             // A tree that was only refitted goes on serving; a new one starts to.
             let served = before.filter(|_| accelerator.is_fitted()).map_or(0.0, |before| before.served);
-            BuiltAccelerator { geometry, key, accelerator: Arc::new(accelerator), served }
+            BuiltAccelerator { geometry: Arc::downgrade(geometry), key, accelerator: Arc::new(accelerator), served }
         }
     };
     built.served += now;

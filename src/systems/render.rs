@@ -28,6 +28,7 @@ const TILE: u32 = 16;
 /// What one frame cost.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameStats {
+    /// Rays, hits and tests.
     pub counters: Counters,
     /// Name of the accelerator that was used.
     pub accel: &'static str,
@@ -35,8 +36,11 @@ pub struct FrameStats {
     pub builds: u32,
     /// Seed of the frame's sampling.
     pub seed: u64,
+    /// Time before the first ray: columns, accelerator, lights.
     pub build_seconds: f64,
+    /// Time of tracing.
     pub render_seconds: f64,
+    /// Tiles of the picture.
     pub tiles: usize,
     /// Tiles that were kept whole from an earlier frame.
     pub tiles_kept: usize,
@@ -44,9 +48,11 @@ pub struct FrameStats {
     pub share_kept: f64,
     /// Light groups that the picture is the sum of, and how many of them were kept from an earlier frame.
     pub passes: usize,
+    /// How many of the light groups were kept.
     pub passes_kept: usize,
     /// Photon maps that the picture was made with, and how many of them were kept.
     pub photon_maps: usize,
+    /// How many of the photon maps were kept.
     pub photon_maps_kept: usize,
     /// Memory of what is kept for later frames.
     pub reuse_bytes: usize,
@@ -175,7 +181,7 @@ pub fn render_samples(
     }
     let resolved = Settings::new(&settings, partial.stats.seed);
     let environment = environment_of(stage, &settings, resolved.follows_paths())?;
-    let (accelerator, is_new) = accelerate::update(stage, share, geometry.clone());
+    let (accelerator, is_new) = accelerate::update(stage, share, &geometry);
     partial.stats.builds += u32::from(is_new);
     let mut camera = lens::camera_rays(stage, settings.size)?;
     if !resolved.lens {

@@ -19,13 +19,18 @@ pub enum ReuseBounds {
     Nothing,
     /// It has a finite size.
     Bounded {
+        /// All that decides what rays find there.
         digest: Digest,
+        /// Where rays can meet it, world space.
         place: Kdop,
         /// Address of its mesh: how a mesh is traced depends on how many share it.
         mesh: Option<usize>,
     },
     /// It reaches everywhere, or emits light: rays that never come near it depend on it too.
-    Everywhere { digest: Digest },
+    Everywhere {
+        /// All that decides what rays find.
+        digest: Digest,
+    },
 }
 
 /// The reuse bounds of the entity at an authored index, as the World is now.
@@ -51,10 +56,10 @@ pub fn reuse_bounds(stage: &Stage, index: usize) -> ReuseBounds {
             }
             Role::Shape => {
                 let Some(shape) = component.shape() else { continue };
-                match shape.extent() {
-                    Extent::Empty => {}
-                    Extent::Infinite => everywhere = true,
-                    Extent::Finite => place = Some(place.unwrap_or_default().union(bounds_of(shape, &placement))),
+                match shape.reach() {
+                    Reach::Empty => {}
+                    Reach::Infinite => everywhere = true,
+                    Reach::Finite => place = Some(place.unwrap_or_default().union(bounds_of(shape, &placement))),
                 }
                 mesh = mesh.or(Mesh::of(&component).map(|mesh| Arc::as_ptr(&mesh.data) as usize));
             }
@@ -176,7 +181,7 @@ mod tests {
             (Component::Mesh(Mesh { data: Arc::new(data), ..Mesh::default() }), 0.9),
         ];
         for (shape, slack) in shapes {
-            assert_eq!(shape.shape().map(Shape::extent), Some(Extent::Finite));
+            assert_eq!(shape.shape().map(Shape::reach), Some(Reach::Finite));
             for i in 0..40 {
                 let t = f64::from(i);
                 let along = DVec3::new(libm::sin(t), libm::cos(t * 1.3), libm::sin(t * 0.7 + 1.0));

@@ -1,6 +1,6 @@
 //! The World, the authored order of what is in it, and what is kept between frames.
 
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 use hecs::{Entity, EntityBuilder, World};
 use rustc_hash::FxHashMap;
@@ -116,7 +116,8 @@ pub(super) struct Hierarchy {
 
 /// An accelerator with what it was built from.
 pub(super) struct BuiltAccelerator {
-    pub geometry: Arc<Geometry>,
+    /// The columns; they are not kept for it.
+    pub geometry: Weak<Geometry>,
     pub key: AccelKey,
     pub accelerator: Arc<Accelerator>,
     /// Rays that were expected to be traced with it so far, since it was built anew and not only refitted.
@@ -131,10 +132,12 @@ pub(super) struct AccelKey {
 }
 
 impl Stage {
+    /// The camera, as edits left it.
     pub fn camera(&self) -> Camera {
         copy(&self.world, self.camera)
     }
 
+    /// Settings of the picture, as edits left them.
     pub fn settings(&self) -> Render {
         copy(&self.world, self.settings)
     }

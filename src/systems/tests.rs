@@ -261,7 +261,8 @@ fn a_mesh_that_many_entities_use_is_stored_once() {
     let entities = (0..10_000).map(copy).collect();
     let mut stage = spawn(Scene { entities, ..scene() }).unwrap();
     film(&mut stage);
-    let BuiltAccelerator { geometry, accelerator, .. } = stage.derived.accelerator.as_ref().unwrap();
+    let (_, geometry) = stage.derived.geometry.as_ref().unwrap();
+    let BuiltAccelerator { accelerator, .. } = stage.derived.accelerator.as_ref().unwrap();
     assert_eq!((geometry.len(), geometry.models().len(), geometry.parts().len()), (10_000, 1, 0));
     let bytes = accelerator.bytes() + size_of_val(&data.triangles[..]);
     assert!(bytes < 10_000 * 1_000, "{bytes}");

@@ -3,7 +3,7 @@
 //! (OpenEXR file layout: magic number and version; attributes of name, type, length and value, behind the last of them a
 //! zero; the places of all blocks, counted from the start of the file; the blocks.)
 
-use super::Metadata;
+use crate::output::metadata::Metadata;
 
 /// Magic number, and version 2 of a plain picture: one part of scan lines with short names.
 pub const START: [u8; 8] = [0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0];

@@ -13,8 +13,8 @@ use ::exr::prelude::{
     ReadChannels, ReadLayers, Text, WritableImage, f16, read,
 };
 
-use super::Metadata;
-use super::format::{Decoded, Format, Header};
+use super::format::{Decoded, Format, PictureHeader};
+use super::metadata::Metadata;
 use crate::base::limits;
 use crate::components::{Aov, Render};
 use crate::film::Film;
@@ -106,7 +106,7 @@ fn columns(film: &Film, aov: Aov) -> Vec<(&'static str, Vec<f32>)> {
 ///
 /// # Errors
 /// What is wrong with the file, or larger than it may be.
-fn read_header(bytes: &[u8]) -> Result<Header, String> {
+fn read_header(bytes: &[u8]) -> Result<PictureHeader, String> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
     let header = meta.headers.first().ok_or("it has no picture")?;
     let side = |n: usize| u32::try_from(n).ok().filter(|n| (1..=limits::IMAGE_SIDE).contains(n));
@@ -127,7 +127,7 @@ fn read_header(bytes: &[u8]) -> Result<Header, String> {
     let entry = |line: &str| line.split_once(": ").map(|(keyword, text)| (keyword.to_string(), text.to_string()));
     let metadata = comments.lines().filter_map(entry).collect();
     let channels = header.channels.list.iter().map(|c| text(&c.name)).collect();
-    Ok(Header { size: [width, height], channels, metadata })
+    Ok(PictureHeader { size: [width, height], channels, metadata })
 }
 
 /// The linear colours of an EXR file, top row first.
@@ -135,7 +135,7 @@ fn read_header(bytes: &[u8]) -> Result<Header, String> {
 /// # Errors
 /// As [`read_header`]; a file without `R`, `G` and `B`.
 fn decode(bytes: &[u8]) -> Result<Decoded, String> {
-    let Header { size, .. } = read_header(bytes)?;
+    let PictureHeader { size, .. } = read_header(bytes)?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()

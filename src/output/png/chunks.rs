@@ -2,7 +2,7 @@
 //!
 //! (PNG specification, third edition, chapter 5: length, type, data, and a CRC over type and data.)
 
-use super::{Metadata, read_header};
+use crate::output::metadata::Metadata;
 
 /// What every PNG file starts with.
 pub const SIGNATURE: [u8; 8] = [0x89, b'P', b'N', b'G', b'\r', b'\n', 0x1a, b'\n'];
@@ -31,10 +31,9 @@ fn chunks(bytes: &[u8]) -> Option<Vec<Chunk<'_>>> {
     (found.first()?.kind == *b"IHDR" && found.last()?.kind == *b"IEND").then_some(found)
 }
 
-/// The metadata of a PNG file of which every chunk is whole.
-pub fn checked_metadata(bytes: &[u8]) -> Option<Metadata> {
-    chunks(bytes)?;
-    read_header(bytes).map(|header| header.metadata)
+/// Whether every chunk is whole and the file ends with its last.
+pub fn are_whole(bytes: &[u8]) -> bool {
+    chunks(bytes).is_some()
 }
 
 /// The same picture with other values of some of its metadata: to the byte what encoding it with those would give.
@@ -66,7 +65,7 @@ fn write_itxt(out: &mut Vec<u8>, keyword: &str, text: &str) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::encode;
+    use super::super::{checked_metadata, encode};
     use super::*;
     use crate::components::Render;
     use crate::film::Film;

@@ -4,8 +4,8 @@ mod chunks;
 
 use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError, SrgbRenderingIntent};
 
-use super::Metadata;
-use super::format::{Decoded, Format, Header};
+use super::format::{Decoded, Format, PictureHeader};
+use super::metadata::Metadata;
 use crate::components::Render;
 use crate::film::{DisplayTransform, Film};
 
@@ -19,7 +19,7 @@ pub const PNG: Format = Format {
     encode: |film, render, metadata| encode(film, render, metadata).map_err(|e| e.to_string()),
     decode,
     read_header: |bytes| read_header(bytes).ok_or_else(|| "not a PNG picture".into()),
-    checked_metadata: chunks::checked_metadata,
+    checked_metadata,
     relabel: |bytes, _, changed| chunks::with_metadata(bytes, changed),
 };
 
@@ -58,13 +58,18 @@ fn decode(bytes: &[u8]) -> Result<Decoded, String> {
 }
 
 /// Size and metadata of a PNG file; `None` if it is not one.
-fn read_header(bytes: &[u8]) -> Option<Header> {
+fn read_header(bytes: &[u8]) -> Option<PictureHeader> {
     let mut reader = Decoder::new(std::io::Cursor::new(bytes)).read_info().ok()?;
     reader.finish().ok()?;
     let info = reader.info();
     let plain = info.uncompressed_latin1_text.iter().map(|t| (t.keyword.clone(), t.text.clone()));
     let utf8 = info.utf8_text.iter().filter_map(|t| Some((t.keyword.clone(), t.get_text().ok()?)));
-    Some(Header { size: [info.width, info.height], channels: Vec::new(), metadata: plain.chain(utf8).collect() })
+    Some(PictureHeader { size: [info.width, info.height], channels: Vec::new(), metadata: plain.chain(utf8).collect() })
+}
+
+/// The metadata of a PNG file of which every chunk is whole.
+fn checked_metadata(bytes: &[u8]) -> Option<Metadata> {
+    if chunks::are_whole(bytes) { read_header(bytes).map(|header| header.metadata) } else { None }
 }
 
 #[cfg(test)]

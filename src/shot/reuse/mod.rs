@@ -69,7 +69,8 @@ impl ReuseCache {
         ReuseCache { policy, light_groups: None, tiles: TileReuse::default(), photons: PhotonReuse::default() }
     }
 
-    /// A frame of a mix whose light groups are kept: nothing needs to be traced for it.
+    /// A frame of a mix whose light groups are kept, with the settings of the frame that they were traced for: nothing
+    /// needs to be traced for it.
     pub fn mixed(&self, mix: &LightMix, factors: &[Vec3]) -> Option<(Film, Render, FrameStats)> {
         let kept = self.light_groups.as_ref().filter(|kept| kept.hash == mix.hash)?;
         let (first, others) = kept.films.split_first()?;
