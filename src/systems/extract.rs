@@ -15,7 +15,7 @@ use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::{limits, math};
 use crate::components::*;
 use crate::trace::material::ShadingParams;
-use crate::trace::primitive::{Geometry, LocalShape, Sides, Tag};
+use crate::trace::primitive::{BoxPrim, ConeFrustum, Geometry, LocalShape, Sides, SpherePrim, Tag};
 
 /// Whether rays meet a surface of this material on both sides.
 pub fn shows_both_sides(material: &Material) -> bool {
@@ -187,7 +187,7 @@ impl<'a> Extraction<'a> {
         match math::uniform_scale(&placed.map) {
             Some(scale) => self.geometry.push_sphere(tag, placed.point(center), (radius.abs() * scale) as f32),
             None => {
-                let shape = LocalShape::Sphere { center: center.as_vec3(), radius: radius.abs() as f32 };
+                let shape = LocalShape::Sphere(SpherePrim { center: center.as_vec3(), radius: radius.abs() as f32 });
                 self.geometry.push_transformed(tag, shape, &placed.map);
             }
         }
@@ -243,7 +243,7 @@ impl<'a> Extraction<'a> {
             let (a, b) = (placed.point(min), placed.point(max));
             self.geometry.push_box(placed.tag(false), a.min(b), a.max(b));
         } else {
-            let shape = LocalShape::Box { min: min.as_vec3(), max: max.as_vec3() };
+            let shape = LocalShape::Box(BoxPrim { min: min.as_vec3(), max: max.as_vec3() });
             self.geometry.push_transformed(placed.tag(false), shape, &placed.map);
         }
     }
@@ -259,7 +259,7 @@ impl<'a> Extraction<'a> {
             None => {
                 let [base_radius, apex_radius] = radii.map(|r| r as f32);
                 let (base, apex) = (base.as_vec3(), apex.as_vec3());
-                let shape = LocalShape::Cone { base, base_radius, apex, apex_radius, capped };
+                let shape = LocalShape::Cone(ConeFrustum::new(base, base_radius, apex, apex_radius, capped));
                 self.geometry.push_transformed(tag, shape, &placed.map);
             }
         }

@@ -219,7 +219,7 @@ fn a_mesh_that_many_entities_use_is_stored_once() {
     let mut stage = spawn(Scene { entities, ..scene() }).unwrap();
     film(&mut stage);
     let geometry = &stage.derived.geometry;
-    assert_eq!((geometry.len(), geometry.models().len(), geometry.parts().len()), (10_000, 1, 0));
+    assert_eq!((geometry.len(), geometry.prototypes().len(), geometry.instances().len()), (10_000, 1, 10_000));
     let (_, accelerator) = stage.derived.accelerator.as_ref().unwrap();
     let bytes = accelerator.bytes() + size_of_val(&data.triangles[..]);
     assert!(bytes < 10_000 * 1_000, "{bytes}");
