@@ -1,13 +1,15 @@
 //! Ground floor: what every room needs and nothing about scenes.
 //!
 //! Exact mathematics ([`math`]), stateless random numbers ([`random`]), colour transfer ([`color`]), every cap of the
-//! program ([`limits`]), capped reading ([`files`]), digests of content ([`digest`]) and the one shape that all mistakes are reported in
-//! ([`diagnostics`]).
+//! program ([`limits`]), capped reading ([`files`]), digests of content ([`digest`]), frame rates as fractions ([`rate`]),
+//! the built-in font ([`font`]) and the one shape that all mistakes are reported in ([`diagnostics`]).
 
 pub mod color;
 pub mod diagnostics;
 pub mod digest;
 pub mod files;
+pub mod font;
 pub mod limits;
 pub mod math;
 pub mod random;
+pub mod rate;

@@ -1,0 +1,209 @@
+//! One frame on its way into a film: pixels as a screen shows them, with alpha.
+
+use std::borrow::Cow;
+
+use image::DynamicImage;
+
+use super::super::chunks::sound_notes;
+use super::super::{Notes, exr};
+use crate::base::limits;
+use crate::components::{Render, ToneMap, Transfer};
+use crate::film::Look;
+
+/// A picture of sRGB values with straight (not premultiplied) alpha, top row first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilmFrame {
+    pub width: u32,
+    pub height: u32,
+    pub pixels: FramePixels,
+}
+
+/// Pixels in the depth that their file had.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FramePixels {
+    Bytes(Vec<[u8; 4]>),
+    Words(Vec<[u16; 4]>),
+}
+
+/// A part of a frame, in pixels from its upper left corner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrameRect {
+    pub x: u32,
+    pub y: u32,
+    pub width: u32,
+    pub height: u32,
+}
+
+impl FilmFrame {
+    /// Reads a PNG file of any kind, or an EXR file, with the notes that are in it.
+    ///
+    /// Linear values of an EXR are shown as its own notes say (exposure and tone map), or else cut off at 1.
+    ///
+    /// # Errors
+    /// Why the file cannot be read: it is neither, damaged, cut short, or too large.
+    pub fn read(bytes: &[u8]) -> Result<(FilmFrame, Notes), String> {
+        if exr::is_exr(bytes) {
+            return from_exr(bytes);
+        }
+        if !bytes.starts_with(b"\x89PNG") {
+            return Err("it is no PNG or EXR picture".into());
+        }
+        let notes = sound_notes(bytes).ok_or("the file is damaged or cut short")?;
+        let cursor = std::io::Cursor::new(bytes);
+        let mut reader = image::ImageReader::with_format(cursor, image::ImageFormat::Png);
+        let mut caps = image::Limits::default();
+        caps.max_image_width = Some(limits::FRAME_SIDE);
+        caps.max_image_height = Some(limits::FRAME_SIDE);
+        caps.max_alloc = Some(limits::FRAME_FILE_BYTES);
+        reader.limits(caps);
+        let picture = reader.decode().map_err(|e| e.to_string())?;
+        Ok((FilmFrame::from_image(picture), notes))
+    }
+
+    fn from_image(picture: DynamicImage) -> FilmFrame {
+        let (width, height) = (picture.width(), picture.height());
+        let is_deep = matches!(
+            picture,
+            DynamicImage::ImageLuma16(_)
+                | DynamicImage::ImageLumaA16(_)
+                | DynamicImage::ImageRgb16(_)
+                | DynamicImage::ImageRgba16(_)
+        );
+        let pixels = match is_deep {
+            true => FramePixels::Words(picture.into_rgba16().pixels().map(|p| p.0).collect()),
+            false => FramePixels::Bytes(picture.into_rgba8().pixels().map(|p| p.0).collect()),
+        };
+        FilmFrame { width, height, pixels }
+    }
+
+    /// Whether a pixel lets something through.
+    pub fn is_transparent(&self) -> bool {
+        match &self.pixels {
+            FramePixels::Bytes(pixels) => pixels.iter().any(|p| p[3] != u8::MAX),
+            FramePixels::Words(pixels) => pixels.iter().any(|p| p[3] != u16::MAX),
+        }
+    }
+
+    /// The pixels in 8 bits, rounded to nearest.
+    pub fn bytes(&self) -> Cow<'_, [[u8; 4]]> {
+        match &self.pixels {
+            FramePixels::Bytes(pixels) => Cow::Borrowed(pixels),
+            FramePixels::Words(pixels) => pixels.iter().map(|p| p.map(byte_of)).collect(),
+        }
+    }
+
+    /// The pixels in 16 bits.
+    pub fn words(&self) -> Cow<'_, [[u16; 4]]> {
+        match &self.pixels {
+            FramePixels::Words(pixels) => Cow::Borrowed(pixels),
+            FramePixels::Bytes(pixels) => pixels.iter().map(|p| p.map(|x| u16::from(x) * 257)).collect(),
+        }
+    }
+
+    /// The whole frame.
+    pub fn rect(&self) -> FrameRect {
+        FrameRect { x: 0, y: 0, width: self.width, height: self.height }
+    }
+}
+
+fn byte_of(word: u16) -> u8 {
+    ((u32::from(word) * 255 + 32_767) / 65_535) as u8
+}
+
+fn from_exr(bytes: &[u8]) -> Result<(FilmFrame, Notes), String> {
+    let notes = exr::read_exr_header(bytes)?.notes;
+    let ([width, height], colors) = exr::read_exr(bytes)?;
+    let look = look_of(&notes);
+    let shown = colors.into_iter().map(|color| {
+        let [r, g, b] = look.expose(color).map(|x| look.word(x));
+        [r, g, b, u16::MAX]
+    });
+    Ok((FilmFrame { width, height, pixels: FramePixels::Words(shown.collect()) }, notes))
+}
+
+/// How the settings that a picture was made with would have it shown.
+fn look_of(notes: &Notes) -> Look {
+    let settings = notes.iter().find(|(keyword, _)| keyword == "Settings").map_or("", |(_, text)| text.as_str());
+    let mut render = Render::default();
+    for (name, value) in settings.split(' ').filter_map(|word| word.split_once('=')) {
+        match name {
+            "exposure" => render.exposure = value.parse().ok().filter(|x: &f64| x.is_finite()).unwrap_or(0.0),
+            "tone_map" => render.tone_map = ToneMap::parse(value).unwrap_or(render.tone_map),
+            "transfer" => render.transfer = Transfer::parse(value).unwrap_or(render.transfer),
+            _ => {}
+        }
+    }
+    Look::new(&render)
+}
+
+/// The smallest part outside of which two pictures of one width are equal; `None` if they are equal.
+pub fn changed_part<T: PartialEq>(before: &[T], after: &[T], width: u32) -> Option<FrameRect> {
+    let row = width as usize;
+    let rows = || before.chunks_exact(row).zip(after.chunks_exact(row));
+    let top = rows().position(|(a, b)| a != b)?;
+    let bottom = rows().rposition(|(a, b)| a != b)?;
+    let (mut left, mut right) = (row - 1, 0);
+    for (a, b) in rows().skip(top).take(bottom + 1 - top) {
+        let first = a.iter().zip(b).position(|(x, y)| x != y);
+        let last = a.iter().zip(b).rposition(|(x, y)| x != y);
+        if let (Some(first), Some(last)) = (first, last) {
+            left = left.min(first);
+            right = right.max(last);
+        }
+    }
+    let (x, y) = (left as u32, top as u32);
+    Some(FrameRect { x, y, width: (right + 1 - left) as u32, height: (bottom + 1 - top) as u32 })
+}
+
+/// The pixels of a part, row by row.
+pub fn part_of<'a, T>(pixels: &'a [T], width: u32, rect: FrameRect) -> impl Iterator<Item = &'a T> + use<'a, T> {
+    let rows = pixels.chunks_exact(width as usize).skip(rect.y as usize).take(rect.height as usize);
+    let FrameRect { x, width, .. } = rect;
+    rows.flat_map(move |row| &row[x as usize..(x + width) as usize])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Film;
+    use crate::output::{encode_exr, encode_png};
+
+    #[test]
+    fn the_changed_part_is_as_small_as_can_be() {
+        let before = vec![0u8; 12];
+        assert_eq!(changed_part(&before, &before, 4), None);
+        let mut after = before.clone();
+        after[6] = 1;
+        let rect = |x, y, width, height| Some(FrameRect { x, y, width, height });
+        assert_eq!(changed_part(&before, &after, 4), rect(2, 1, 1, 1));
+        after[8] = 1;
+        assert_eq!(changed_part(&before, &after, 4), rect(0, 1, 3, 2));
+        let found: Vec<u8> = part_of(&after, 4, rect(0, 1, 3, 2).unwrap()).copied().collect();
+        assert_eq!(found, [0, 0, 1, 1, 0, 0]);
+    }
+
+    #[test]
+    fn pictures_are_read_as_they_were_shown() {
+        let film = Film { pixels: vec![[0.0, 0.5, 1.0], [0.25, 2.0, -1.0]], ..Film::new(2, 1) };
+        let render = Render { exposure: -1.0, tone_map: ToneMap::Reinhard, bit_depth: 16, ..Render::default() };
+        let notes = vec![("Settings".to_string(), crate::output::settings_note(&render))];
+        let (png, _) = FilmFrame::read(&encode_png(&film, &render, &notes).unwrap()).unwrap();
+        let render = Render { bit_depth: 32, ..render };
+        let (exr, said) = FilmFrame::read(&encode_exr(&film, &render, &notes).unwrap()).unwrap();
+        assert_eq!((&png, said), (&exr, notes.clone()));
+        let shallow = Render { bit_depth: 8, ..render };
+        let (small, _) = FilmFrame::read(&encode_png(&film, &shallow, &notes).unwrap()).unwrap();
+        assert_eq!(png.bytes(), small.bytes());
+        assert!(!png.is_transparent());
+    }
+
+    #[test]
+    fn damaged_pictures_are_refused() {
+        let film = Film { pixels: vec![[0.5; 3]; 64], ..Film::new(8, 8) };
+        let bytes = encode_png(&film, &Render::default(), &Notes::new()).unwrap();
+        for cut in 0..bytes.len() {
+            assert!(FilmFrame::read(&bytes[..cut]).is_err(), "{cut}");
+        }
+        assert!(FilmFrame::read(b"GIF89a").unwrap_err().contains("no PNG"));
+    }
+}

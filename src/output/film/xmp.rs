@@ -1,0 +1,37 @@
+//! What a film says of its making as an XMP packet: an RDF description whose text is the notes, a line each.
+
+use super::super::Notes;
+use super::{lines_of, notes_of};
+
+const BEFORE: &str = "<dc:description><rdf:Alt><rdf:li xml:lang=\"x-default\">";
+const AFTER: &str = "</rdf:li></rdf:Alt></dc:description>";
+
+pub fn packet(notes: &Notes) -> String {
+    let text = lines_of(notes).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    // A carriage return, and what XML cannot hold at all, would not come back.
+    let text: String = text.chars().filter(|c| !c.is_control() || *c == '\n').collect();
+    format!(
+        "<?xpacket begin=\"\u{feff}\" id=\"W5M0MpCehiHzreSzNTczkc9d\"?><x:xmpmeta xmlns:x=\"adobe:ns:meta/\">\
+         <rdf:RDF xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\"><rdf:Description rdf:about=\"\" \
+         xmlns:dc=\"http://purl.org/dc/elements/1.1/\">{BEFORE}{text}{AFTER}</rdf:Description></rdf:RDF></x:xmpmeta>\
+         <?xpacket end=\"r\"?>"
+    )
+}
+
+/// The notes of a packet; none if it is not one of ours.
+pub fn notes_in(packet: &str) -> Notes {
+    let text = packet.split_once(BEFORE).and_then(|(_, rest)| rest.split_once(AFTER)).map_or("", |(text, _)| text);
+    notes_of(&text.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn notes_come_back_whatever_is_in_them() {
+        let notes = vec![("Source".to_string(), "a < b & \u{e4}&lt;.rhai".to_string()), ("Hash".into(), "12".into())];
+        assert_eq!(notes_in(&packet(&notes)), notes);
+        assert_eq!(notes_in("<x/>"), Notes::new());
+    }
+}
