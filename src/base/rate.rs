@@ -17,6 +17,9 @@ const SLOWED: [u32; 5] = [24, 30, 48, 60, 120];
 const NEAR_SLOWED: f64 = 0.005;
 
 impl Rate {
+    /// That of cinema, where nothing else is said.
+    pub const USUAL: Rate = Rate { numerator: 24, denominator: 1 };
+
     /// A rate of `numerator` / `denominator` frames per second; `None` if either is 0.
     pub fn new(numerator: u32, denominator: u32) -> Option<Rate> {
         let divisor = greatest_common_divisor(numerator, denominator);

@@ -6,6 +6,7 @@ use super::{Exit, print, usage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::{files, limits};
 use crate::compare::{Picture, difference, difference_picture};
+use crate::output::film::{FilmInfo, read_film_info};
 use crate::output::{ExrFile, is_exr, read_exr_header, read_notes, write_atomic};
 
 #[derive(clap::Args)]
@@ -24,7 +25,7 @@ pub struct DiffArguments {
 
 #[derive(clap::Args)]
 pub struct InfoArguments {
-    /// A picture that anim wrote
+    /// A picture or a film that anim wrote
     picture: PathBuf,
 }
 
@@ -87,6 +88,13 @@ fn pair(a: &Path, b: &Path, tolerance: f64, out: Option<&Path>) -> Result<bool, 
 
 pub fn info(arguments: InfoArguments) -> Result<Exit, Diagnostics> {
     let path = &arguments.picture;
+    if let Ok(Some(film)) = read_film_info(path) {
+        let FilmInfo { format, size, frames, seconds, notes } = film;
+        let rate = if seconds > 0.0 { format!(", {:.3} a second", frames as f64 / seconds) } else { String::new() };
+        print(&format!("Size: {}x{}\nFilm: {format}, {frames} frames, {seconds:.3} s{rate}\n", size[0], size[1]));
+        notes.iter().for_each(|(keyword, text)| print(&format!("{keyword}: {text}\n")));
+        return Ok(Exit::Done);
+    }
     let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
     let no_picture = |why: &str| Diagnostic::error(format!("{}: {why}", path.display()));
     let (size, notes) = if is_exr(&bytes) {
@@ -94,7 +102,7 @@ pub fn info(arguments: InfoArguments) -> Result<Exit, Diagnostics> {
         notes.push(("Channels".into(), channels.join(" ")));
         (size, notes)
     } else {
-        read_notes(&bytes).ok_or_else(|| no_picture("not a PNG or EXR picture"))?
+        read_notes(&bytes).ok_or_else(|| no_picture("not a PNG or EXR picture, and no film"))?
     };
     print(&format!("Size: {}x{}\n", size[0], size[1]));
     notes.iter().for_each(|(keyword, text)| print(&format!("{keyword}: {text}\n")));

@@ -10,10 +10,12 @@ pub mod film;
 pub mod manifest;
 pub mod names;
 mod png;
+pub mod sheet;
 mod state;
 
+pub use film::FilmFormat;
 pub use exr::{ExrFile, encode_exr, is_exr, read_exr, read_exr_header};
-pub use png::{Notes, encode_png, read_notes, settings_note};
+pub use png::{Notes, encode_png, encode_rgb8, read_notes, settings_note};
 pub use state::{State, look, making_notes, renamed};
 
 use std::fs::{File, TryLockError};

@@ -72,6 +72,23 @@ pub fn encode_png(film: &Film, render: &Render, notes: &Notes) -> Result<Vec<u8>
     Ok(bytes)
 }
 
+/// The bytes of a PNG file of sRGB values in 8 bits, three for each pixel.
+///
+/// # Errors
+/// As [`encode_png`]; bytes that do not fill the size.
+pub fn encode_rgb8(pixels: &[u8], [width, height]: [u32; 2], notes: &Notes) -> Result<Vec<u8>, EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, width, height);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+    for (keyword, text) in notes {
+        encoder.add_itxt_chunk(keyword.clone(), text.clone())?;
+    }
+    encoder.write_header()?.write_image_data(pixels)?;
+    Ok(bytes)
+}
+
 /// The notes of a PNG file, and its size; `None` if it is not one.
 pub fn read_notes(bytes: &[u8]) -> Option<([u32; 2], Notes)> {
     let mut reader = Decoder::new(std::io::Cursor::new(bytes)).read_info().ok()?;

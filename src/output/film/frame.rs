@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use ::png::{BitDepth, ColorType};
 use image::DynamicImage;
 
 use super::super::chunks::sound_notes;
@@ -23,6 +24,17 @@ pub struct FilmFrame {
 pub enum FramePixels {
     Bytes(Vec<[u8; 4]>),
     Words(Vec<[u16; 4]>),
+}
+
+/// What a frame's file says before its pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameHead {
+    pub size: [u32; 2],
+    /// Pixels may let something through.
+    pub alpha: bool,
+    /// More than 8 bits a channel.
+    pub deep: bool,
+    pub notes: Notes,
 }
 
 /// A part of a frame, in pixels from its upper left corner.
@@ -58,6 +70,23 @@ impl FilmFrame {
         reader.limits(caps);
         let picture = reader.decode().map_err(|e| e.to_string())?;
         Ok((FilmFrame::from_image(picture), notes))
+    }
+
+    /// What a file says of a frame without its pixels.
+    ///
+    /// # Errors
+    /// As [`Self::read`], as far as that shows.
+    pub fn head(bytes: &[u8]) -> Result<FrameHead, String> {
+        if exr::is_exr(bytes) {
+            let file = exr::read_exr_header(bytes)?;
+            return Ok(FrameHead { size: file.size, alpha: false, deep: true, notes: file.notes });
+        }
+        let notes = sound_notes(bytes).ok_or("it is no PNG or EXR picture, or a damaged one")?;
+        let reader = ::png::Decoder::new(std::io::Cursor::new(bytes)).read_info().map_err(|e| e.to_string())?;
+        let info = reader.info();
+        let alpha = info.trns.is_some() || matches!(info.color_type, ColorType::Rgba | ColorType::GrayscaleAlpha);
+        let deep = info.bit_depth == BitDepth::Sixteen;
+        Ok(FrameHead { size: [info.width, info.height], alpha, deep, notes })
     }
 
     fn from_image(picture: DynamicImage) -> FilmFrame {
@@ -97,6 +126,17 @@ impl FilmFrame {
         match &self.pixels {
             FramePixels::Words(pixels) => Cow::Borrowed(pixels),
             FramePixels::Bytes(pixels) => pixels.iter().map(|p| p.map(|x| u16::from(x) * 257)).collect(),
+        }
+    }
+
+    /// The frame as it shows before black.
+    pub fn before_black(&self) -> FilmFrame {
+        let over = |x: u16, alpha: u16| ((u32::from(x) * u32::from(alpha) + 32_767) / 65_535) as u16;
+        let dark = self.words().iter().map(|[r, g, b, a]| [over(*r, *a), over(*g, *a), over(*b, *a), u16::MAX]).collect();
+        let frame = FilmFrame { pixels: FramePixels::Words(dark), ..*self };
+        match self.pixels {
+            FramePixels::Bytes(_) => FilmFrame { pixels: FramePixels::Bytes(frame.bytes().into_owned()), ..frame },
+            FramePixels::Words(_) => frame,
         }
     }
 

@@ -9,15 +9,17 @@ mod frame;
 mod gif;
 mod info;
 mod planes;
+mod reel;
 mod webp;
 mod xmp;
 mod y4m;
 
 pub use ffmpeg::{Codec, available as ffmpeg_available};
-pub use frame::{FilmFrame, FramePixels, FrameRect};
+pub use frame::{FilmFrame, FrameHead, FramePixels, FrameRect};
 pub use gif::{GifPalette, PaletteChoice, PaletteFinder};
 pub use info::{FilmInfo, read_film_info};
 pub use planes::{Chroma, PlaneFormat};
+pub use reel::Reel;
 
 use std::io::{BufWriter, Result};
 use std::path::Path;
@@ -147,6 +149,7 @@ pub struct FilmWriter {
     encoder: Box<dyn FilmEncoder>,
     spec: FilmSpec,
     written: u64,
+    lost_alpha: bool,
 }
 
 impl FilmWriter {
@@ -173,7 +176,12 @@ impl FilmWriter {
             }
         };
         let encoder = encoder.map_err(|error| Diagnostic::io(path.display(), "write", &error))?;
-        Ok(FilmWriter { file, encoder, spec: spec.clone(), written: 0 })
+        Ok(FilmWriter { file, encoder, spec: spec.clone(), written: 0, lost_alpha: false })
+    }
+
+    /// Whether a frame let something through that the film cannot: it shows black there.
+    pub fn lost_alpha(&self) -> bool {
+        self.lost_alpha
     }
 
     /// Adds the next frame.
@@ -186,7 +194,13 @@ impl FilmWriter {
             let (w, h) = (frame.width, frame.height);
             return Err(Diagnostic::error(format!("a frame of {w}x{h} pixels in a film of {width}x{height}")));
         }
-        self.encoder.add(frame).map_err(|error| self.file.failed(&error))?;
+        let added = if !self.spec.alpha && frame.is_transparent() {
+            self.lost_alpha = true;
+            self.encoder.add(&frame.before_black())
+        } else {
+            self.encoder.add(frame)
+        };
+        added.map_err(|error| self.file.failed(&error))?;
         self.written += 1;
         Ok(())
     }

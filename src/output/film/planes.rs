@@ -67,8 +67,7 @@ impl PlaneFormat {
     }
 
     /// Appends the planes of a frame to `out`: Y, Cb, Cr and alpha, row by row, samples of 10 bits as two bytes with
-    /// the low one first. `size` is the frame's own or larger by a column or a row, which repeat the last ones. Without
-    /// a plane for it, alpha shows black.
+    /// the low one first. `size` is the frame's own or larger by a column or a row, which repeat the last ones.
     pub fn put(self, frame: &FilmFrame, size: [u32; 2], out: &mut Vec<u8>) {
         let [width, height] = size.map(|n| n as usize);
         let (own_width, own_height) = (frame.width as usize, frame.height as usize);
@@ -81,7 +80,6 @@ impl PlaneFormat {
             let padding = std::iter::repeat_n(&row[own_width - 1], width - own_width);
             for pixel in row.iter().chain(padding) {
                 let [r, g, b, a] = pixel.map(|x| f32::from(x) / 65_535.0);
-                let [r, g, b] = if self.alpha { [r, g, b] } else { [r * a, g * a, b * a] };
                 let l = 0.2126 * r + 0.7152 * g + 0.0722 * b;
                 luma.push(l);
                 differences[0].push((b - l) / 1.8556);
@@ -184,11 +182,11 @@ mod tests {
     }
 
     #[test]
-    fn padding_repeats_the_edge_and_alpha_shows_black_where_there_is_no_plane_for_it() {
+    fn padding_repeats_the_edge_and_alpha_has_a_plane_of_its_own() {
         let pixels = vec![[255, 255, 255, 255], [255, 255, 255, 0], [255, 255, 255, 51]];
         let frame = FilmFrame { width: 3, height: 1, pixels: FramePixels::Bytes(pixels) };
         let mut out = Vec::new();
-        PlaneFormat::USUAL.put(&frame, PlaneFormat::USUAL.padded([3, 1]), &mut out);
+        PlaneFormat::USUAL.put(&frame.before_black(), PlaneFormat::USUAL.padded([3, 1]), &mut out);
         assert_eq!(out, [235, 16, 60, 60, 235, 16, 60, 60, 128, 128, 128, 128]);
         let mut out = Vec::new();
         let with_alpha = PlaneFormat { alpha: true, ..PlaneFormat::USUAL };

@@ -5,10 +5,10 @@
 
 use std::io::{Read, Result, Write};
 
-use super::super::Notes;
 use super::frame::FilmFrame;
 use super::planes::{Chroma, PlaneFormat};
 use super::{FilmEncoder, FilmSpec, lines_of};
+use crate::base::limits;
 
 /// The longest header with its end of line.
 const LONGEST_HEADER: usize = 80;
@@ -125,6 +125,9 @@ pub fn read_headers(source: &mut (impl Read + std::io::Seek)) -> Option<Y4mHeade
             _ => {}
         }
     }
+    if size.iter().any(|side| !(1..=limits::IMAGE_SIDE).contains(side)) {
+        return None;
+    }
     let [width, height] = size.map(u64::from);
     let chroma = match colors.get(..3)? {
         "420" => 2 * width.div_ceil(2) * height.div_ceil(2),
@@ -146,11 +149,6 @@ pub fn read_headers(source: &mut (impl Read + std::io::Seek)) -> Option<Y4mHeade
         frames += 1;
     }
     Some(Y4mHeaders { size, rate, frames, text: unescaped(&comment) })
-}
-
-/// The notes of a film of `spec` fit in its headers if it has so many frames.
-pub fn frames_for(notes: &Notes) -> u64 {
-    escaped(&lines_of(notes)).len().div_ceil(LONGEST_HEADER - COMMENT.len() - 1) as u64
 }
 
 #[cfg(test)]
@@ -176,7 +174,6 @@ mod tests {
         let found = read_headers(&mut Cursor::new(&bytes)).unwrap();
         assert_eq!((found.size, found.rate.as_str(), found.frames), ([5, 3], "24000/1001", 12));
         assert_eq!(found.text, lines_of(&spec(5, 3, 12).notes));
-        assert!(frames_for(&spec(5, 3, 12).notes) <= 12);
         // 5 x 3 of luma and twice 3 x 2 of colours, behind a header.
         let last = bytes.len() - (15 + 12);
         assert_eq!(&bytes[last - 6..last], b"FRAME\n");

