@@ -7,7 +7,7 @@ use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::{files, limits};
 use crate::compare::{Picture, difference, difference_picture};
 use crate::output::film::{FilmInfo, read_film_info};
-use crate::output::{ExrFile, is_exr, read_exr_header, read_notes, write_atomic};
+use crate::output::{ExrFile, is_exr, read_exr_header, read_png_metadata, write_atomic};
 
 #[derive(clap::Args)]
 pub struct DiffArguments {
@@ -89,22 +89,22 @@ fn pair(a: &Path, b: &Path, tolerance: f64, out: Option<&Path>) -> Result<bool, 
 pub fn info(arguments: InfoArguments) -> Result<Exit, Diagnostics> {
     let path = &arguments.picture;
     if let Ok(Some(film)) = read_film_info(path) {
-        let FilmInfo { format, size, frames, seconds, notes } = film;
+        let FilmInfo { format, size, frames, seconds, metadata } = film;
         let rate = if seconds > 0.0 { format!(", {:.3} a second", frames as f64 / seconds) } else { String::new() };
         print(&format!("Size: {}x{}\nFilm: {format}, {frames} frames, {seconds:.3} s{rate}\n", size[0], size[1]));
-        notes.iter().for_each(|(keyword, text)| print(&format!("{keyword}: {text}\n")));
+        metadata.iter().for_each(|(keyword, text)| print(&format!("{keyword}: {text}\n")));
         return Ok(Exit::Done);
     }
     let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
     let no_picture = |why: &str| Diagnostic::error(format!("{}: {why}", path.display()));
-    let (size, notes) = if is_exr(&bytes) {
-        let ExrFile { size, channels, mut notes } = read_exr_header(&bytes).map_err(|e| no_picture(&e))?;
-        notes.push(("Channels".into(), channels.join(" ")));
-        (size, notes)
+    let (size, metadata) = if is_exr(&bytes) {
+        let ExrFile { size, channels, mut metadata } = read_exr_header(&bytes).map_err(|e| no_picture(&e))?;
+        metadata.push(("Channels".into(), channels.join(" ")));
+        (size, metadata)
     } else {
-        read_notes(&bytes).ok_or_else(|| no_picture("not a PNG or EXR picture, and no film"))?
+        read_png_metadata(&bytes).ok_or_else(|| no_picture("not a PNG or EXR picture, and no film"))?
     };
     print(&format!("Size: {}x{}\n", size[0], size[1]));
-    notes.iter().for_each(|(keyword, text)| print(&format!("{keyword}: {text}\n")));
+    metadata.iter().for_each(|(keyword, text)| print(&format!("{keyword}: {text}\n")));
     Ok(Exit::Done)
 }

@@ -11,10 +11,9 @@ use super::{Exit, InputArguments, exit_code, film, frames, print, say, usage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, suggestion};
 use crate::base::limits;
 use crate::components::{Accel, Aov, Integrator};
-use crate::output::film::FilmFormat;
-use crate::output::{State, names};
+use crate::output::{FileState, FilmFormat, names};
 use crate::shot::plan::Plan;
-use crate::shot::run::{self, Event, Policy, Report, Reused};
+use crate::shot::run::{self, Event, FrameSource, Report, ReusePolicy};
 use crate::shot::{self, Overrides, Shot};
 
 /// Which frames, how they look, and where they go: what decides the plan.
@@ -216,8 +215,7 @@ pub fn plan_into(arguments: &FrameArguments, out: Option<&str>) -> Result<(Shot,
         Some(list) => frames::parse(list, count).map_err(usage)?,
         None => (1..=count).collect(),
     };
-    let target =
-        names::resolve(out, &shot.name, shot.is_sequence(), wanted.len()).map_err(usage)?;
+    let target = names::resolve(out, &shot.name, shot.is_sequence(), wanted.len()).map_err(usage)?;
     let mut plan = shot::plan::make(&mut shot, &wanted, target)?;
     if let Some([i, n]) = arguments.shard {
         plan.keep_shard(i, n);
@@ -227,12 +225,13 @@ pub fn plan_into(arguments: &FrameArguments, out: Option<&str>) -> Result<(Shot,
 
 /// Does work on as many threads as the user asks for.
 pub fn on_threads<T: Send>(
-    pub threads: Option<usize>,
+    threads: Option<usize>,
     work: impl FnOnce() -> Result<T, Diagnostics> + Send,
 ) -> Result<T, Diagnostics> {
     let Some(threads) = threads else { return work() };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|e| Diagnostics::from(Diagnostic::error(format!("cannot start {threads} threads: {e}"))))?.install(work)
+    pool.map_err(|e| Diagnostics::from(Diagnostic::error(format!("cannot start {threads} threads: {e}"))))?
+        .install(work)
 }
 
 pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
@@ -241,7 +240,8 @@ pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
     }
     on_threads(arguments.threads, || {
         let (mut shot, plan) = plan(&arguments.wanted)?;
-        render(&arguments, &mut shot, plan, &on_interrupt()?, &|_| {})
+        let cancel = on_interrupt()?;
+        render(&arguments, &mut shot, plan, &cancel, &|_| {})
     })
 }
 
@@ -255,18 +255,18 @@ pub fn render(
     finished: &(dyn Fn(u32) + Sync),
 ) -> Result<Exit, Diagnostics> {
     if !arguments.force {
-        plan.look(&shot.source);
+        plan.inspect(&shot.source);
     }
     say(&plan.summary());
-    let policy = Policy { reuse: !arguments.no_reuse, memory: arguments.reuse_memory };
+    let policy = ReusePolicy { reuse: !arguments.no_reuse, memory: arguments.reuse_memory };
     let wanted = plan.frames.len();
-    let kept = plan.frames.iter().filter(|planned| planned.state == State::Done).count();
+    let kept = plan.frames.iter().filter(|planned| planned.state == FileState::Done).count();
     let progress = Progress::new(arguments.progress, wanted - kept - plan.mistakes().count());
     let written = AtomicUsize::new(0);
     let watch = |event: Event| match event {
         Event::Tiles { frame, done, total } => progress.tiles(frame, done, total),
         Event::Written(report) => {
-            if report.reused != Reused::Cache {
+            if report.reused != FrameSource::Cache {
                 written.fetch_add(1, Ordering::Relaxed);
                 progress.written(report.frame, &report.file.to_string_lossy());
             }

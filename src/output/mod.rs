@@ -13,14 +13,14 @@ mod png;
 pub mod sheet;
 mod state;
 
-pub use film::FilmFormat;
-pub use exr::{ExrFile, encode_exr, is_exr, read_exr, read_exr_header};
-pub use png::{Notes, encode_png, encode_rgb8, read_notes, settings_note};
-pub use state::{State, look, making_notes, renamed};
-
 use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+
+pub use exr::{ExrFile, encode_exr, is_exr, read_exr, read_exr_header};
+pub use film::FilmFormat;
+pub use png::{Metadata, encode_png, encode_rgb8, read_png_metadata, settings_text};
+pub use state::{FileState, inspect, provenance_metadata, relabelled};
 
 use crate::base::diagnostics::Diagnostic;
 

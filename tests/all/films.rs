@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::tool::{Desk, Run};
+use crate::tool::{Run, Sandbox};
 
 const SCENE: &str = r#"(
     render: (size: (24, 16), samples: 1),
@@ -19,14 +19,14 @@ fn frame(s, f) {
     s.get("ball").translation = orbit([0, 0, 0], 1.0, f.t) * param("wide", 1.0);
 }"#;
 
-fn desk() -> Desk {
-    let desk = Desk::new();
+fn desk() -> Sandbox {
+    let desk = Sandbox::new();
     desk.write("a.ron", SCENE).write("a.rhai", SCRIPT);
     desk
 }
 
 /// Runs `anim` with words that may have blanks in them, and with another `PATH`.
-fn run(desk: &Desk, words: &[&str], path: Option<&Path>) -> Run {
+fn run(desk: &Sandbox, words: &[&str], path: Option<&Path>) -> Run {
     let mut command = Command::new(env!("CARGO_BIN_EXE_anim"));
     command.args(words).current_dir(desk.path(""));
     if let Some(path) = path {
@@ -40,7 +40,7 @@ fn run(desk: &Desk, words: &[&str], path: Option<&Path>) -> Run {
     }
 }
 
-fn strays(desk: &Desk) -> Vec<String> {
+fn strays(desk: &Sandbox) -> Vec<String> {
     desk.files().into_iter().filter(|file| file.contains(".anim-tmp")).collect()
 }
 
@@ -117,7 +117,10 @@ fn wrong_arguments_are_explained_before_anything_is_rendered() {
     desk.anim("film a.rhia -o a.gif").fails(3, &["a.rhai"]);
     desk.write("b.rhai", "animation(#{ scene: \"a.ron\", frames: 4, fps: \"24/0\" }); fn frame(s, f) {}");
     desk.anim("film b.rhai -o a.gif").fails(3, &["b.rhai:1:", "no frame rate", "24000/1001"]);
-    desk.write("c.rhai", "animation(#{ scene: \"a.ron\", frames: 4 }); fn frame(s, f) { s.render.size = [8 * f.number, 8]; }");
+    desk.write(
+        "c.rhai",
+        "animation(#{ scene: \"a.ron\", frames: 4 }); fn frame(s, f) { s.render.size = [8 * f.number, 8]; }",
+    );
     desk.anim("film c.rhai -o a.gif").fails(3, &["frame 1 has 8x8 pixels and frame 2 16x8", "--size"]);
     desk.write("a.gif/x", "");
     desk.anim("film a.rhai -o a.gif").fails(2, &["that is a folder"]);
@@ -151,7 +154,10 @@ fn frames_that_are_no_sequence_are_explained_and_leave_no_film() {
 #[test]
 fn a_frame_that_cannot_be_rendered_leaves_no_film() {
     let desk = desk();
-    desk.write("bad.rhai", "animation(#{ scene: \"a.ron\", frames: 4 }); fn frame(s, f) { if f.number == 3 { s.get(\"x\"); } }");
+    desk.write(
+        "bad.rhai",
+        "animation(#{ scene: \"a.ron\", frames: 4 }); fn frame(s, f) { if f.number == 3 { s.get(\"x\"); } }",
+    );
     desk.anim("film bad.rhai -o a.gif").fails(4, &["in frame 3", "a.gif is not written"]);
     assert!(!desk.exists("a.gif") && strays(&desk).is_empty());
     assert!(desk.exists("frames/bad/bad.0004.png"));
@@ -164,7 +170,7 @@ mod on_unix {
     use super::*;
 
     /// A folder with a program that is called ffmpeg, does this, and knows all encoders.
-    fn ffmpeg(desk: &Desk, body: &str) -> std::path::PathBuf {
+    fn ffmpeg(desk: &Sandbox, body: &str) -> std::path::PathBuf {
         let list = "case \"$*\" in *-encoders*) echo ' V libx264 x'; echo ' V libvpx-vp9 x'; exit 0;; esac\n";
         desk.write("bin/ffmpeg", format!("#!/bin/sh\nPATH=/bin:/usr/bin\n{list}{body}\n"));
         std::fs::set_permissions(desk.path("bin/ffmpeg"), PermissionsExt::from_mode(0o755)).unwrap();
@@ -239,7 +245,7 @@ mod on_unix {
         [64, 64, 64],
     ];
 
-    fn card(desk: &Desk) {
+    fn card(desk: &Sandbox) {
         for frame in 1..=5u32 {
             let color = |x: u32, y: u32| image::Rgb(CARD[((x / 8 + frame * (y / 8)) % 8) as usize]);
             let picture = image::RgbImage::from_fn(63, 31, color);
@@ -255,7 +261,9 @@ mod on_unix {
         }
         let desk = desk();
         card(&desk);
-        for film in ["a.mp4", "a.webm", "a.mov", "p.mov --codec prores", "f.mp4 --pixel-format yuv444p", "a.y4m", "a.gif"] {
+        for film in
+            ["a.mp4", "a.webm", "a.mov", "p.mov --codec prores", "f.mp4 --pixel-format yuv444p", "a.y4m", "a.gif"]
+        {
             let said = desk.anim(&format!("film card --fps 24000/1001 -o {film}")).ok();
             let name = film.split(' ').next().unwrap();
             let odd = !["f.mp4", "a.y4m", "a.gif"].contains(&name);
@@ -322,7 +330,10 @@ fn sheets_sweep_parameters_and_keep_what_was_rendered() {
     let before = std::fs::metadata(desk.path(file)).unwrap().modified().unwrap();
     desk.anim("sheet a.rhai -o s.png --sweep wide=0..2/3 --frames 4").ok();
     assert_eq!(std::fs::metadata(desk.path(file)).unwrap().modified().unwrap(), before);
-    desk.write("two.rhai", SCRIPT.replace("param(\"wide\", 1.0)", "param(\"wide\", 1.0) + [0, param(\"high\", 0.0), 0]"));
+    desk.write(
+        "two.rhai",
+        SCRIPT.replace("param(\"wide\", 1.0)", "param(\"wide\", 1.0) + [0, param(\"high\", 0.0), 0]"),
+    );
     let said = desk.anim("sheet two.rhai -o g.png --sweep wide=1,2,3 --sweep high=0..1/2").ok().stdout;
     assert!(said.contains("6 pictures"), "{said}");
     let info = desk.anim("info g.png").ok().stdout;

@@ -10,7 +10,7 @@ use crate::base::{files, limits};
 use crate::output::film::{
     Codec, FilmFrame, FilmOptions, FilmSpec, FilmWriter, GifPalette, PaletteChoice, PaletteFinder, left_out,
 };
-use crate::output::{FilmFormat, Notes};
+use crate::output::{FilmFormat, Metadata};
 use crate::shot::plan::ranges;
 
 /// A frame on disk.
@@ -70,20 +70,21 @@ impl Job {
             alpha: kind.alpha && holds_alpha,
             deep: kind.deep,
             plays: self.plays,
-            notes: self.notes(kind),
+            metadata: self.metadata(kind),
         }
     }
 
     /// What the film says of its making: the same whether its frames were rendered now or before.
-    fn notes(&self, kind: &FrameKind) -> Notes {
+    fn metadata(&self, kind: &FrameKind) -> Metadata {
         let mut hasher = Hasher::default();
         kind.hashes.iter().for_each(|hash| hasher.text(hash));
         let numbers: Vec<u32> = self.frames.iter().map(|frame| frame.number).collect();
-        let mut notes: Notes = Vec::new();
-        let mut add = |keyword: &str, text: String| notes.push((keyword.to_string(), text));
+        let mut metadata: Metadata = Vec::new();
+        let mut add = |keyword: &str, text: String| metadata.push((keyword.to_string(), text));
         add("Software", concat!("anim ", env!("CARGO_PKG_VERSION")).into());
         add("Hash", hasher.finish().to_string());
-        let known = |keyword: &str| kind.notes.iter().find(|(known, _)| known == keyword).map(|(_, text)| text.clone());
+        let known =
+            |keyword: &str| kind.metadata.iter().find(|(known, _)| known == keyword).map(|(_, text)| text.clone());
         if let Some(source) = known("Source") {
             add("Source", source);
         }
@@ -93,7 +94,7 @@ impl Job {
         if let Some(settings) = known("Settings") {
             add("Settings", settings);
         }
-        notes
+        metadata
     }
 
     fn encoding(&self, kind: &FrameKind) -> String {
@@ -125,7 +126,7 @@ struct FrameKind {
     alpha: bool,
     deep: bool,
     /// Of the first frame.
-    notes: Notes,
+    metadata: Metadata,
     /// Of all frames.
     hashes: Vec<String>,
 }
@@ -162,7 +163,8 @@ pub fn encode(job: &Job, ready: &mut dyn FnMut(usize) -> bool) -> Result<Option<
     if let Some(last) = seam.last() {
         writer.add(&last)?;
     } else if joins {
-        let message = "the last frame shows the first one again: it is left out, so that the film goes on without a halt";
+        let message =
+            "the last frame shows the first one again: it is left out, so that the film goes on without a halt";
         warnings.push(Diagnostic::warning(message).help("--plays 1 keeps it"));
     }
     if writer.lost_alpha() {
@@ -211,13 +213,13 @@ fn kind_of(job: &Job) -> Result<FrameKind, Diagnostics> {
         }
         let bytes = bytes_of(&frame.file)?;
         let head = FilmFrame::head(&bytes).map_err(|why| unreadable(&frame.file, &why))?;
-        let said = || head.notes.iter().find(|(keyword, _)| keyword == "Hash").map(|(_, text)| text.clone());
+        let said = || head.metadata.iter().find(|(keyword, _)| keyword == "Hash").map(|(_, text)| text.clone());
         let hash = frame.hash.clone().or_else(said).unwrap_or_else(|| Digest::of(&bytes).to_string());
         let known = kind.get_or_insert_with(|| FrameKind {
             size: head.size,
             alpha: false,
             deep: false,
-            notes: head.notes.clone(),
+            metadata: head.metadata.clone(),
             hashes: Vec::new(),
         });
         known.alpha |= head.alpha;
@@ -252,15 +254,19 @@ fn warnings(job: &Job, spec: &FilmSpec, kind: &FrameKind) -> Diagnostics {
     let shortest = job.format.shortest_delay();
     if shortest.is_some_and(|shortest| spec.rate.per_second() * f64::from(shortest) > 1000.0) {
         let message = format!("browsers slow {} frames a second down to 10", spec.rate);
-        warnings.push(Diagnostic::warning(message).help("they keep to at most 90 frames a second; video has no such limit"));
+        warnings.push(
+            Diagnostic::warning(message).help("they keep to at most 90 frames a second; video has no such limit"),
+        );
     }
     if let Some(codec) = job.options.codec.or(job.format.codec(spec.alpha)) {
         let planes = job.options.planes.unwrap_or_else(|| codec.planes(spec.alpha));
         let [width, height] = planes.padded(kind.size);
         if [width, height] != kind.size {
             let [w, h] = kind.size;
-            let message = format!("{} needs even sides: {w}x{h} becomes {width}x{height}, its last ones twice", planes.name());
-            warnings.push(Diagnostic::warning(message).help("--pixel-format yuv444p has odd ones, where it can be played"));
+            let message =
+                format!("{} needs even sides: {w}x{h} becomes {width}x{height}, its last ones twice", planes.name());
+            warnings
+                .push(Diagnostic::warning(message).help("--pixel-format yuv444p has odd ones, where it can be played"));
         }
     }
     warnings

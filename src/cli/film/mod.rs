@@ -73,11 +73,7 @@ fn prepare(job: &Job) -> Result<(), Diagnostics> {
 }
 
 /// A film of frames that are there.
-fn from_frames(
-    rendering: &RenderArguments,
-    options: &FilmOptionArguments,
-    input: &Path,
-) -> Result<Exit, Diagnostics> {
+fn from_frames(rendering: &RenderArguments, options: &FilmOptionArguments, input: &Path) -> Result<Exit, Diagnostics> {
     if let Some(flag) = rendering.first_that_renders() {
         return Err(usage(format!("{flag} is about rendering, and {} is a row of finished frames", input.display())));
     }
@@ -125,7 +121,8 @@ fn film_while_rendering(
     let cancel = render::on_interrupt()?;
     let (send, receive) = channel::<u32>();
     let (rendered, filmed) = std::thread::scope(|scope| {
-        let encoder = scope.spawn(|| {
+        let (job, cancel) = (&job, &cancel);
+        let encoder = scope.spawn(move || {
             let mut done = rustc_hash::FxHashSet::default();
             let mut ready = |index: usize| {
                 while !done.contains(&job.frames[index].number) {
@@ -142,7 +139,9 @@ fn film_while_rendering(
             filmed
         });
         // The encoder hangs up only after an error, which it reports itself.
-        let rendered = render::render(rendering, shot, plan, &cancel, &|frame| drop(send.send(frame)));
+        let rendered = render::render(rendering, shot, plan, cancel, &|frame| {
+            let _ = send.send(frame);
+        });
         drop(send);
         let fallen = || Err(Diagnostic::error("the encoder fell over: this is a mistake in anim").into());
         (rendered, encoder.join().unwrap_or_else(|_| fallen()))
@@ -165,15 +164,17 @@ fn planned_files(shot: &Shot, plan: &Plan) -> Result<Vec<FrameFile>, Diagnostics
         let message = format!("{} is one picture: a film needs a script, or a folder of frames", shot.source);
         return Err(usage(message));
     }
-    let mut sizes = plan.frames.iter().filter_map(|planned| Some((planned.frame, planned.outline.as_ref().ok()?.size)));
+    let mut sizes =
+        plan.frames.iter().filter_map(|planned| Some((planned.frame, planned.fingerprint.as_ref().ok()?.size)));
     if let Some((first, size)) = sizes.next()
         && let Some((other, [width, height])) = sizes.find(|(_, other)| *other != size)
     {
         let [w, h] = size;
-        let message = format!("frame {first} has {w}x{h} pixels and frame {other} {width}x{height}: a film has one size");
+        let message =
+            format!("frame {first} has {w}x{h} pixels and frame {other} {width}x{height}: a film has one size");
         return Err(Diagnostic::error(message).help("give all frames one with --size").into());
     }
-    let file = |planned: &crate::shot::plan::Planned| FrameFile {
+    let file = |planned: &crate::shot::plan::PlannedFrame| FrameFile {
         number: planned.frame,
         file: planned.file.clone(),
         hash: Some(planned.hash.to_string()),

@@ -74,10 +74,16 @@ impl FilmOptionArguments {
         let ending = format.ending();
         let refuse = |flag: &str, what: &str| Err(wrong(format!("{flag} does not concern a .{ending} film"), what));
         if format != FilmFormat::Gif && (self.palette.is_some() || self.no_dither) {
-            return refuse(if self.no_dither { "--no-dither" } else { "--palette" }, "it is for .gif, which has 256 colours");
+            return refuse(
+                if self.no_dither { "--no-dither" } else { "--palette" },
+                "it is for .gif, which has 256 colours",
+            );
         }
         if !format.says_plays() && self.plays.is_some() {
-            return refuse("--plays", "only .apng, .gif and .webp say how often they play; players decide for the others");
+            return refuse(
+                "--plays",
+                "only .apng, .gif and .webp say how often they play; players decide for the others",
+            );
         }
         let is_coded = format.codec(false).is_some();
         if !is_coded && (self.codec.is_some() || self.crf.is_some()) {
@@ -94,8 +100,10 @@ impl FilmOptionArguments {
         if let (Some(codec), Some(planes)) = (self.codec.or(format.codec(false)), self.pixel_format)
             && !codec.takes(planes)
         {
-            let taken: Vec<&str> =
-                PlaneFormat::NAMES.into_iter().filter(|n| PlaneFormat::parse(n).is_some_and(|p| codec.takes(p))).collect();
+            let taken: Vec<&str> = PlaneFormat::NAMES
+                .into_iter()
+                .filter(|n| PlaneFormat::parse(n).is_some_and(|p| codec.takes(p)))
+                .collect();
             let message = format!("{} cannot store {}", codec.name(), planes.name());
             return Err(wrong(message, &format!("it can store {}", taken.join(", "))));
         }

@@ -127,7 +127,8 @@ mod tests {
 
     fn filled(template: &str) -> Result<String, String> {
         let value = |name: &str, value: &str| (name.to_string(), value.to_string());
-        let values = [value("frame", "7"), value("seconds", "0.291666"), value("lens", "Disk"), value("aperture", "0.1")];
+        let values =
+            [value("frame", "7"), value("seconds", "0.291666"), value("lens", "Disk"), value("aperture", "0.1")];
         LabelTemplate::parse(template)?.fill(&values)
     }
 

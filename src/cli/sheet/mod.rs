@@ -14,7 +14,7 @@ use crate::base::rate::Rate;
 use crate::base::{files, limits};
 use crate::output::film::{FilmFrame, Reel};
 use crate::output::sheet::{SheetLayout, SheetTile, draw_sheet};
-use crate::output::{self, Notes, encode_rgb8, names};
+use crate::output::{self, Metadata, encode_rgb8};
 use label::LabelTemplate;
 use sweep::{MOST_TILES, Sweep, combinations};
 
@@ -116,7 +116,11 @@ fn shown(arguments: &SheetArguments) -> Result<Result<Vec<Shown>, Exit>, Diagnos
     let [input] = &arguments.inputs[..] else { return several(arguments) };
     let is_reel = input.is_dir() || Reel::is_pattern(input);
     if !arguments.sweeps.is_empty() {
-        return if is_reel { Err(usage("--sweep: finished frames have no parameters")) } else { swept(arguments, input) };
+        return if is_reel {
+            Err(usage("--sweep: finished frames have no parameters"))
+        } else {
+            swept(arguments, input)
+        };
     }
     if is_reel { of_reel(arguments, input).map(Ok) } else { of_input(arguments, input) }
 }
@@ -189,7 +193,8 @@ fn of_input(arguments: &SheetArguments, input: &Path) -> Result<Result<Vec<Shown
         values: values(planned.frame, rate, &shot.name, &arguments.defines),
     });
     let shown = shown.collect();
-    let exit = render::render(&all, &mut shot, plan, &*render::on_interrupt()?, &|_| {})?;
+    let cancel = render::on_interrupt()?;
+    let exit = render::render(&all, &mut shot, plan, &cancel, &|_| {})?;
     Ok(if exit == Exit::Done { Ok(shown) } else { Err(exit) })
 }
 
@@ -286,8 +291,8 @@ fn sheet(arguments: &SheetArguments, out: &Path, shown: &[Shown]) -> Result<Exit
     for (one, label) in shown.iter().zip(labels) {
         let bytes = files::read_bytes(&one.file, limits::FRAME_FILE_BYTES)?;
         let unreadable = |why| Diagnostic::error(format!("cannot read {}: {why}", one.file.display()));
-        let (picture, notes) = FilmFrame::read(&bytes).map_err(unreadable)?;
-        let hash = notes.into_iter().find(|(keyword, _)| keyword == "Hash").map(|(_, hash)| hash);
+        let (picture, metadata) = FilmFrame::read(&bytes).map_err(unreadable)?;
+        let hash = metadata.into_iter().find(|(keyword, _)| keyword == "Hash").map(|(_, hash)| hash);
         hasher.text(&hash.unwrap_or_else(|| Digest::of(&bytes).to_string()));
         tiles.push(SheetTile { picture, label });
     }
@@ -301,8 +306,9 @@ fn sheet(arguments: &SheetArguments, out: &Path, shown: &[Shown]) -> Result<Exit
     let count = tiles.len() as u32;
     let layout = SheetLayout::new(count, size, columns, arguments.tile, !template.is_empty()).map_err(usage)?;
     let [width, height] = layout.size().map(|side| side as u32);
-    let bytes = encode_rgb8(&draw_sheet(&layout, &tiles), [width, height], &notes(arguments, hasher.finish(), &tiles))
-        .map_err(|e| Diagnostic::error(format!("cannot encode {}: {e}", out.display())).because(Cause::Io))?;
+    let bytes =
+        encode_rgb8(&draw_sheet(&layout, &tiles), [width, height], &metadata(arguments, hasher.finish(), &tiles))
+            .map_err(|e| Diagnostic::error(format!("cannot encode {}: {e}", out.display())).because(Cause::Io))?;
     output::write_atomic(out, &bytes)?;
     print(&format!("{}: {count} pictures, {width}x{height}\n", out.display()));
     Ok(Exit::Done)
@@ -319,7 +325,7 @@ fn usual_label(arguments: &SheetArguments) -> Result<LabelTemplate, String> {
 }
 
 /// What the sheet says of its making.
-fn notes(arguments: &SheetArguments, hash: Digest, tiles: &[SheetTile]) -> Notes {
+fn metadata(arguments: &SheetArguments, hash: Digest, tiles: &[SheetTile]) -> Metadata {
     let note = |keyword: &str, text: String| (keyword.to_string(), text);
     let sources = arguments.inputs.iter().map(|input| input.file_name().unwrap_or_default().to_string_lossy());
     let labels: Vec<&str> = tiles.iter().map(|tile| tile.label.as_str()).collect();
@@ -341,6 +347,6 @@ mod tests {
         assert_eq!(swept_file("show", &set("0.1"), 12), "frames/show.sweep/a=0.1,lens=Disk.0012.png");
         let [one, other] = ["a/b", "a b"].map(|value| swept_file("show", &set(value), 1));
         assert!(one != other && !one["frames/show.sweep/".len()..].contains('/'), "{one} {other}");
-        assert!(names::resolve(Some(&swept_file("show", &set(&"x".repeat(999)), 1)), "show", true, 1).is_ok());
+        assert!(output::names::resolve(Some(&swept_file("show", &set(&"x".repeat(999)), 1)), "show", true, 1).is_ok());
     }
 }

@@ -7,7 +7,7 @@ use std::io::{Error, Result, Seek, SeekFrom, Write};
 
 use ::png::{BitDepth, ColorType, Compression, Encoder};
 
-use super::super::chunks::{self, chunk, note};
+use super::super::chunks::{self, write_chunk as chunk, write_itxt};
 use super::frame::{FilmFrame, FramePixels, FrameRect, changed_part, part_of};
 use super::{FilmEncoder, FilmSpec};
 
@@ -35,8 +35,8 @@ impl<W: Write + Seek> ApngEncoder<W> {
         chunk(&mut start, *b"IHDR", &head);
         // Perceptual intent, as single frames have it.
         chunk(&mut start, *b"sRGB", &[0]);
-        for (keyword, text) in &spec.notes {
-            note(&mut start, keyword, text);
+        for (keyword, text) in &spec.metadata {
+            write_itxt(&mut start, keyword, text);
         }
         let counted = start.len() as u64;
         chunk(&mut start, *b"acTL", &counts(spec.frames as u32, spec.plays));

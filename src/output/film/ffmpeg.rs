@@ -214,7 +214,7 @@ fn arguments(
     add(&["-color_primaries", "bt709", "-color_trc", "bt709", "-colorspace", "bt709", "-color_range", "tv"]);
     // No versions and no times in the file.
     add(&["-fflags", "+bitexact", "-flags:v", "+bitexact", "-map_metadata", "-1"]);
-    add(&["-metadata", &format!("comment={}", lines_of(&spec.notes))]);
+    add(&["-metadata", &format!("comment={}", lines_of(&spec.metadata))]);
     match format {
         FilmFormat::Mp4 => add(&["-movflags", "+faststart+write_colr", "-f", "mp4"]),
         FilmFormat::Mov => add(&["-movflags", "+faststart+write_colr", "-f", "mov"]),

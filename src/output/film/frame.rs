@@ -5,11 +5,11 @@ use std::borrow::Cow;
 use ::png::{BitDepth, ColorType};
 use image::DynamicImage;
 
-use super::super::chunks::sound_notes;
-use super::super::{Notes, exr};
+use super::super::chunks::checked_metadata;
+use super::super::{Metadata, exr};
 use crate::base::limits;
 use crate::components::{Render, ToneMap, Transfer};
-use crate::film::Look;
+use crate::film::DisplayTransform;
 
 /// A picture of sRGB values with straight (not premultiplied) alpha, top row first.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +34,7 @@ pub struct FrameHead {
     pub alpha: bool,
     /// More than 8 bits a channel.
     pub deep: bool,
-    pub notes: Notes,
+    pub metadata: Metadata,
 }
 
 /// A part of a frame, in pixels from its upper left corner.
@@ -47,20 +47,20 @@ pub struct FrameRect {
 }
 
 impl FilmFrame {
-    /// Reads a PNG file of any kind, or an EXR file, with the notes that are in it.
+    /// Reads a PNG file of any kind, or an EXR file, with the metadata that are in it.
     ///
-    /// Linear values of an EXR are shown as its own notes say (exposure and tone map), or else cut off at 1.
+    /// Linear values of an EXR are shown as its own metadata say (exposure and tone map), or else cut off at 1.
     ///
     /// # Errors
     /// Why the file cannot be read: it is neither, damaged, cut short, or too large.
-    pub fn read(bytes: &[u8]) -> Result<(FilmFrame, Notes), String> {
+    pub fn read(bytes: &[u8]) -> Result<(FilmFrame, Metadata), String> {
         if exr::is_exr(bytes) {
             return from_exr(bytes);
         }
         if !bytes.starts_with(b"\x89PNG") {
             return Err("it is no PNG or EXR picture".into());
         }
-        let notes = sound_notes(bytes).ok_or("the file is damaged or cut short")?;
+        let metadata = checked_metadata(bytes).ok_or("the file is damaged or cut short")?;
         let cursor = std::io::Cursor::new(bytes);
         let mut reader = image::ImageReader::with_format(cursor, image::ImageFormat::Png);
         let mut caps = image::Limits::default();
@@ -69,7 +69,7 @@ impl FilmFrame {
         caps.max_alloc = Some(limits::FRAME_FILE_BYTES);
         reader.limits(caps);
         let picture = reader.decode().map_err(|e| e.to_string())?;
-        Ok((FilmFrame::from_image(picture), notes))
+        Ok((FilmFrame::from_image(picture), metadata))
     }
 
     /// What a file says of a frame without its pixels.
@@ -79,14 +79,14 @@ impl FilmFrame {
     pub fn head(bytes: &[u8]) -> Result<FrameHead, String> {
         if exr::is_exr(bytes) {
             let file = exr::read_exr_header(bytes)?;
-            return Ok(FrameHead { size: file.size, alpha: false, deep: true, notes: file.notes });
+            return Ok(FrameHead { size: file.size, alpha: false, deep: true, metadata: file.metadata });
         }
-        let notes = sound_notes(bytes).ok_or("it is no PNG or EXR picture, or a damaged one")?;
+        let metadata = checked_metadata(bytes).ok_or("it is no PNG or EXR picture, or a damaged one")?;
         let reader = ::png::Decoder::new(std::io::Cursor::new(bytes)).read_info().map_err(|e| e.to_string())?;
         let info = reader.info();
         let alpha = info.trns.is_some() || matches!(info.color_type, ColorType::Rgba | ColorType::GrayscaleAlpha);
         let deep = info.bit_depth == BitDepth::Sixteen;
-        Ok(FrameHead { size: [info.width, info.height], alpha, deep, notes })
+        Ok(FrameHead { size: [info.width, info.height], alpha, deep, metadata })
     }
 
     fn from_image(picture: DynamicImage) -> FilmFrame {
@@ -132,7 +132,8 @@ impl FilmFrame {
     /// The frame as it shows before black.
     pub fn before_black(&self) -> FilmFrame {
         let over = |x: u16, alpha: u16| ((u32::from(x) * u32::from(alpha) + 32_767) / 65_535) as u16;
-        let dark = self.words().iter().map(|[r, g, b, a]| [over(*r, *a), over(*g, *a), over(*b, *a), u16::MAX]).collect();
+        let dark =
+            self.words().iter().map(|[r, g, b, a]| [over(*r, *a), over(*g, *a), over(*b, *a), u16::MAX]).collect();
         let frame = FilmFrame { pixels: FramePixels::Words(dark), ..*self };
         match self.pixels {
             FramePixels::Bytes(_) => FilmFrame { pixels: FramePixels::Bytes(frame.bytes().into_owned()), ..frame },
@@ -150,20 +151,20 @@ fn byte_of(word: u16) -> u8 {
     ((u32::from(word) * 255 + 32_767) / 65_535) as u8
 }
 
-fn from_exr(bytes: &[u8]) -> Result<(FilmFrame, Notes), String> {
-    let notes = exr::read_exr_header(bytes)?.notes;
+fn from_exr(bytes: &[u8]) -> Result<(FilmFrame, Metadata), String> {
+    let metadata = exr::read_exr_header(bytes)?.metadata;
     let ([width, height], colors) = exr::read_exr(bytes)?;
-    let look = look_of(&notes);
+    let look = display_of(&metadata);
     let shown = colors.into_iter().map(|color| {
         let [r, g, b] = look.expose(color).map(|x| look.word(x));
         [r, g, b, u16::MAX]
     });
-    Ok((FilmFrame { width, height, pixels: FramePixels::Words(shown.collect()) }, notes))
+    Ok((FilmFrame { width, height, pixels: FramePixels::Words(shown.collect()) }, metadata))
 }
 
 /// How the settings that a picture was made with would have it shown.
-fn look_of(notes: &Notes) -> Look {
-    let settings = notes.iter().find(|(keyword, _)| keyword == "Settings").map_or("", |(_, text)| text.as_str());
+fn display_of(metadata: &Metadata) -> DisplayTransform {
+    let settings = metadata.iter().find(|(keyword, _)| keyword == "Settings").map_or("", |(_, text)| text.as_str());
     let mut render = Render::default();
     for (name, value) in settings.split(' ').filter_map(|word| word.split_once('=')) {
         match name {
@@ -173,7 +174,7 @@ fn look_of(notes: &Notes) -> Look {
             _ => {}
         }
     }
-    Look::new(&render)
+    DisplayTransform::new(&render)
 }
 
 /// The smallest part outside of which two pictures of one width are equal; `None` if they are equal.
@@ -226,13 +227,13 @@ mod tests {
     fn pictures_are_read_as_they_were_shown() {
         let film = Film { pixels: vec![[0.0, 0.5, 1.0], [0.25, 2.0, -1.0]], ..Film::new(2, 1) };
         let render = Render { exposure: -1.0, tone_map: ToneMap::Reinhard, bit_depth: 16, ..Render::default() };
-        let notes = vec![("Settings".to_string(), crate::output::settings_note(&render))];
-        let (png, _) = FilmFrame::read(&encode_png(&film, &render, &notes).unwrap()).unwrap();
+        let metadata = vec![("Settings".to_string(), crate::output::settings_text(&render))];
+        let (png, _) = FilmFrame::read(&encode_png(&film, &render, &metadata).unwrap()).unwrap();
         let render = Render { bit_depth: 32, ..render };
-        let (exr, said) = FilmFrame::read(&encode_exr(&film, &render, &notes).unwrap()).unwrap();
-        assert_eq!((&png, said), (&exr, notes.clone()));
+        let (exr, said) = FilmFrame::read(&encode_exr(&film, &render, &metadata).unwrap()).unwrap();
+        assert_eq!((&png, said), (&exr, metadata.clone()));
         let shallow = Render { bit_depth: 8, ..render };
-        let (small, _) = FilmFrame::read(&encode_png(&film, &shallow, &notes).unwrap()).unwrap();
+        let (small, _) = FilmFrame::read(&encode_png(&film, &shallow, &metadata).unwrap()).unwrap();
         assert_eq!(png.bytes(), small.bytes());
         assert!(!png.is_transparent());
     }
@@ -240,7 +241,7 @@ mod tests {
     #[test]
     fn damaged_pictures_are_refused() {
         let film = Film { pixels: vec![[0.5; 3]; 64], ..Film::new(8, 8) };
-        let bytes = encode_png(&film, &Render::default(), &Notes::new()).unwrap();
+        let bytes = encode_png(&film, &Render::default(), &Metadata::new()).unwrap();
         for cut in 0..bytes.len() {
             assert!(FilmFrame::read(&bytes[..cut]).is_err(), "{cut}");
         }

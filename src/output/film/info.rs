@@ -1,4 +1,4 @@
-//! What films say of themselves: size, frames, time, and the notes of their making.
+//! What films say of themselves: size, frames, time, and the metadata of their making.
 //!
 //! Every format is walked from box to box; pixels are passed over. Nothing is allocated from a length that a file merely
 //! declares.
@@ -7,9 +7,9 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::super::Notes;
-use super::super::chunks::text_note;
-use super::{notes_of, xmp, y4m};
+use super::super::Metadata;
+use super::super::chunks::text_entry;
+use super::{metadata_of, xmp, y4m};
 use crate::base::diagnostics::Diagnostic;
 
 /// What is known of a film from its file alone.
@@ -20,7 +20,7 @@ pub struct FilmInfo {
     pub size: [u32; 2],
     pub frames: u64,
     pub seconds: f64,
-    pub notes: Notes,
+    pub metadata: Metadata,
 }
 
 /// Texts that are longer are not of ours.
@@ -49,8 +49,8 @@ fn film_info<R: Read + Seek>(source: &mut Source<R>) -> Option<FilmInfo> {
             let (above, below) = found.rate.split_once('/')?;
             let rate = above.parse::<f64>().ok()? / below.parse::<f64>().ok()?;
             let seconds = found.frames as f64 / rate;
-            let (size, frames, notes) = (found.size, found.frames, notes_of(&found.text));
-            Some(FilmInfo { format: "YUV4MPEG2", size, frames, seconds, notes })
+            let (size, frames, metadata) = (found.size, found.frames, metadata_of(&found.text));
+            Some(FilmInfo { format: "YUV4MPEG2", size, frames, seconds, metadata })
         }
         [0x1a, 0x45, 0xdf, 0xa3] => webm(source),
         _ if &start[4..8] == b"ftyp" => mp4(source),
@@ -94,7 +94,7 @@ fn sides(width: u64, height: u64) -> Option<[u32; 2]> {
 
 /// A PNG without frames beside the first is no film.
 fn apng<R: Read + Seek>(source: &mut Source<R>) -> Option<FilmInfo> {
-    let (mut at, mut notes, mut declared, mut frames, mut seconds) = (8, Notes::new(), None, 0, 0.0);
+    let (mut at, mut metadata, mut declared, mut frames, mut seconds) = (8, Metadata::new(), None, 0, 0.0);
     let size = sides(source.number(16, 4)?, source.number(20, 4)?)?;
     loop {
         let length = source.number(at, 4)?;
@@ -107,13 +107,13 @@ fn apng<R: Read + Seek>(source: &mut Source<R>) -> Option<FilmInfo> {
                 seconds += above as f64 / if below == 0 { 100.0 } else { below as f64 };
                 frames += 1;
             }
-            b"iTXt" | b"tEXt" => notes.extend(source.bytes(data, length).and_then(|data| text_note(&kind, &data))),
+            b"iTXt" | b"tEXt" => metadata.extend(source.bytes(data, length).and_then(|data| text_entry(&kind, &data))),
             b"IEND" => break,
             _ => {}
         }
         at = data.checked_add(length)?.checked_add(4)?;
     }
-    (declared? == frames).then_some(FilmInfo { format: "APNG", size, frames, seconds, notes })
+    (declared? == frames).then_some(FilmInfo { format: "APNG", size, frames, seconds, metadata })
 }
 
 fn gif<R: Read + Seek>(source: &mut Source<R>) -> Option<FilmInfo> {
@@ -143,8 +143,8 @@ fn gif<R: Read + Seek>(source: &mut Source<R>) -> Option<FilmInfo> {
             _ => return None,
         }
     }
-    let notes = notes_of(&String::from_utf8_lossy(&comment));
-    Some(FilmInfo { format: "GIF", size, frames, seconds: hundredths as f64 / 100.0, notes })
+    let metadata = metadata_of(&String::from_utf8_lossy(&comment));
+    Some(FilmInfo { format: "GIF", size, frames, seconds: hundredths as f64 / 100.0, metadata })
 }
 
 /// Walks over blocks up to the empty one; gives the place behind it.
@@ -161,7 +161,7 @@ fn blocks<R: Read + Seek>(source: &mut Source<R>, mut at: u64, mut see: impl FnM
 
 fn webp<R: Read + Seek>(source: &mut Source<R>) -> Option<FilmInfo> {
     let end = source.little(4, 4)?.checked_add(8)?;
-    let (mut at, mut size, mut frames, mut milliseconds, mut notes) = (12, None, 0, 0, Notes::new());
+    let (mut at, mut size, mut frames, mut milliseconds, mut metadata) = (12, None, 0, 0, Metadata::new());
     while at < end {
         let (kind, length) = (source.bytes(at, 4)?, source.little(at + 4, 4)?);
         let data = at + 8;
@@ -173,7 +173,7 @@ fn webp<R: Read + Seek>(source: &mut Source<R>) -> Option<FilmInfo> {
             }
             b"XMP " => {
                 let packet = source.bytes(data, length)?;
-                notes = xmp::notes_in(&String::from_utf8_lossy(&packet));
+                metadata = xmp::metadata_in(&String::from_utf8_lossy(&packet));
             }
             _ => {}
         }
@@ -181,7 +181,7 @@ fn webp<R: Read + Seek>(source: &mut Source<R>) -> Option<FilmInfo> {
     }
     let is_whole = end <= source.end && frames > 0;
     let seconds = milliseconds as f64 / 1000.0;
-    is_whole.then_some(FilmInfo { format: "WebP", size: size?, frames, seconds, notes })
+    is_whole.then_some(FilmInfo { format: "WebP", size: size?, frames, seconds, metadata })
 }
 
 /// Boxes of an MP4 or MOV file (ISO/IEC 14496-12): where each begins behind its head, and where it ends.
@@ -227,8 +227,8 @@ fn mp4<R: Read + Seek>(source: &mut Source<R>) -> Option<FilmInfo> {
         _ => (source.number(head + 20, 4)?, source.number(head + 24, 8)?),
     };
     let seconds = if scale > 0 { length as f64 / scale as f64 } else { 0.0 };
-    let notes = notes_of(&comment_of(source, moov, moov_end).unwrap_or_default());
-    Some(FilmInfo { format: if is_quicktime { "MOV" } else { "MP4" }, size, frames, seconds, notes })
+    let metadata = metadata_of(&comment_of(source, moov, moov_end).unwrap_or_default());
+    Some(FilmInfo { format: if is_quicktime { "MOV" } else { "MP4" }, size, frames, seconds, metadata })
 }
 
 /// The comment, as iTunes or as QuickTime has it.
@@ -267,7 +267,7 @@ fn element<R: Read + Seek>(source: &mut Source<R>, at: u64, to: u64) -> Option<(
 }
 
 fn webm<R: Read + Seek>(source: &mut Source<R>) -> Option<FilmInfo> {
-    let mut film = FilmInfo { format: "WebM", size: [0; 2], frames: 0, seconds: 0.0, notes: Notes::new() };
+    let mut film = FilmInfo { format: "WebM", size: [0; 2], frames: 0, seconds: 0.0, metadata: Metadata::new() };
     let mut time = (1_000_000, 0.0);
     let end = source.end;
     elements(source, 0, end, &mut film, &mut time)?;
@@ -301,7 +301,7 @@ fn elements<R: Read + Seek>(
             // TagName and TagString.
             0x45a3 => name = String::from_utf8_lossy(&source.bytes(data, size)?).into_owned(),
             0x4487 if name == "COMMENT" => {
-                film.notes = notes_of(&String::from_utf8_lossy(&source.bytes(data, size)?));
+                film.metadata = metadata_of(&String::from_utf8_lossy(&source.bytes(data, size)?));
             }
             _ => {}
         }
@@ -364,12 +364,12 @@ mod tests {
 
     #[test]
     fn films_of_ffmpeg_are_understood() {
-        let notes = vec![("Source".to_string(), "a.rhai".to_string()), ("Hash".into(), "12".into())];
+        let metadata = vec![("Source".to_string(), "a.rhai".to_string()), ("Hash".into(), "12".into())];
         for (format, bytes) in [("MP4", smallest_mp4()), ("WebM", smallest_webm())] {
             let found = of(&bytes).unwrap();
             assert!((found.seconds - 7.0 * 1001.0 / 24_000.0).abs() < 1e-6, "{format} {}", found.seconds);
             assert_eq!((found.format, found.size, found.frames), (format, [640, 360], 7));
-            assert_eq!(found.notes, notes, "{format}");
+            assert_eq!(found.metadata, metadata, "{format}");
         }
     }
 

@@ -25,7 +25,7 @@ use std::io::{BufWriter, Result};
 use std::path::Path;
 
 use super::attributes::text_of as lines_of;
-use super::{AtomicFile, Notes};
+use super::{AtomicFile, Metadata};
 use crate::base::diagnostics::{Cause, Diagnostic};
 use crate::base::rate::Rate;
 
@@ -110,7 +110,7 @@ pub struct FilmSpec {
     pub deep: bool,
     /// How often it is played; 0 for ever.
     pub plays: u32,
-    pub notes: Notes,
+    pub metadata: Metadata,
 }
 
 /// What the user can choose about the encoding; what does not concern a format has no effect on it.
@@ -233,8 +233,8 @@ pub fn left_out(format: FilmFormat, spec: &FilmSpec) -> u64 {
     if format == FilmFormat::Gif { gif::left_out(spec) } else { 0 }
 }
 
-/// Notes from the lines that [`lines_of`] makes of them.
-fn notes_of(text: &str) -> Notes {
+/// Metadata from the lines that [`lines_of`] makes of them.
+fn metadata_of(text: &str) -> Metadata {
     let note = |line: &str| line.split_once(": ").map(|(keyword, text)| (keyword.to_string(), text.to_string()));
     text.lines().filter_map(note).collect()
 }

@@ -31,7 +31,9 @@ impl Reel {
         let folder = if input.is_dir() { input } else { super::super::folder_of(input) };
         let entries = std::fs::read_dir(folder).map_err(|e| Diagnostic::io(folder.display(), "read", &e))?;
         let mut found: BTreeMap<Around, Vec<(u32, String)>> = BTreeMap::new();
-        for file in entries.take(limits::FRAMES as usize).flatten().map(|e| e.file_name().to_string_lossy().into_owned()) {
+        for file in
+            entries.take(limits::FRAMES as usize).flatten().map(|e| e.file_name().to_string_lossy().into_owned())
+        {
             let numbered = match &wanted {
                 Some((before, digits, after)) => in_pattern(&file, before, *digits, after),
                 None => last_number(&file).filter(|_| is_picture(&file)),
@@ -169,7 +171,8 @@ mod tests {
 
     #[test]
     fn frames_are_found_in_the_order_of_their_numbers() {
-        let files = folder(&["a2.0010.png", "a2.0002.png", "a2.0001.png", "notes.txt", ".anim-tmp-1.png", "cover.png"]);
+        let files =
+            folder(&["a2.0010.png", "a2.0002.png", "a2.0001.png", "metadata.txt", ".anim-tmp-1.png", "cover.png"]);
         assert_eq!(numbers(&files, ""), Ok(vec![1, 2, 10]));
         for pattern in ["a2.####.png", "a2.#.png", "a2.%04d.png", "a2.%d.png"] {
             assert_eq!(numbers(&files, pattern), Ok(vec![1, 2, 10]), "{pattern}");

@@ -7,7 +7,7 @@ use super::*;
 /// A film of so many frames at 24000/1001 frames a second that plays for ever.
 pub fn spec(width: u32, height: u32, frames: u64) -> FilmSpec {
     let note = |keyword: &str, text: &str| (keyword.to_string(), text.to_string());
-    let notes = vec![
+    let metadata = vec![
         note("Software", "anim"),
         note("Source", "sch\u{f6}n & <gut>.rhai"),
         note("Hash", "0123456789abcdef0123456789abcdef"),
@@ -20,7 +20,7 @@ pub fn spec(width: u32, height: u32, frames: u64) -> FilmSpec {
         alpha: false,
         deep: false,
         plays: 0,
-        notes,
+        metadata,
     }
 }
 
@@ -48,7 +48,7 @@ fn film(ending: &str, spec: &FilmSpec, frames: &[FilmFrame], options: FilmOption
     assert_eq!(writer.finish().unwrap(), frames.len() as u64);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     let info = read_film_info(&path).unwrap().unwrap();
-    assert_eq!((info.size, &info.notes), (spec.size, &spec.notes), "{ending}");
+    assert_eq!((info.size, &info.metadata), (spec.size, &spec.metadata), "{ending}");
     std::fs::read(&path).unwrap()
 }
 

@@ -66,7 +66,7 @@ impl<W: Write + Seek + Send> FilmEncoder for WebpEncoder<W> {
 
     fn finish(mut self: Box<Self>) -> Result<()> {
         let mut end = Vec::new();
-        chunk(&mut end, *b"XMP ", xmp::packet(&self.spec.notes).as_bytes());
+        chunk(&mut end, *b"XMP ", xmp::packet(&self.spec.metadata).as_bytes());
         self.out.write_all(&end)?;
         let length = self.out.stream_position()? - LENGTH_AT - 4;
         let Ok(length) = u32::try_from(length) else {

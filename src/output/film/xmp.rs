@@ -1,13 +1,13 @@
-//! What a film says of its making as an XMP packet: an RDF description whose text is the notes, a line each.
+//! What a film says of its making as an XMP packet: an RDF description whose text is the metadata, a line each.
 
-use super::super::Notes;
-use super::{lines_of, notes_of};
+use super::super::Metadata;
+use super::{lines_of, metadata_of};
 
 const BEFORE: &str = "<dc:description><rdf:Alt><rdf:li xml:lang=\"x-default\">";
 const AFTER: &str = "</rdf:li></rdf:Alt></dc:description>";
 
-pub fn packet(notes: &Notes) -> String {
-    let text = lines_of(notes).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+pub fn packet(metadata: &Metadata) -> String {
+    let text = lines_of(metadata).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     // A carriage return, and what XML cannot hold at all, would not come back.
     let text: String = text.chars().filter(|c| !c.is_control() || *c == '\n').collect();
     format!(
@@ -18,10 +18,10 @@ pub fn packet(notes: &Notes) -> String {
     )
 }
 
-/// The notes of a packet; none if it is not one of ours.
-pub fn notes_in(packet: &str) -> Notes {
+/// The metadata of a packet; none if it is not one of ours.
+pub fn metadata_in(packet: &str) -> Metadata {
     let text = packet.split_once(BEFORE).and_then(|(_, rest)| rest.split_once(AFTER)).map_or("", |(text, _)| text);
-    notes_of(&text.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&"))
+    metadata_of(&text.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&"))
 }
 
 #[cfg(test)]
@@ -30,8 +30,9 @@ mod tests {
 
     #[test]
     fn notes_come_back_whatever_is_in_them() {
-        let notes = vec![("Source".to_string(), "a < b & \u{e4}&lt;.rhai".to_string()), ("Hash".into(), "12".into())];
-        assert_eq!(notes_in(&packet(&notes)), notes);
-        assert_eq!(notes_in("<x/>"), Notes::new());
+        let metadata =
+            vec![("Source".to_string(), "a < b & \u{e4}&lt;.rhai".to_string()), ("Hash".into(), "12".into())];
+        assert_eq!(metadata_in(&packet(&metadata)), metadata);
+        assert_eq!(metadata_in("<x/>"), Metadata::new());
     }
 }

@@ -35,7 +35,7 @@ impl<W: Write> Y4mEncoder<W> {
             _ => format.chroma_digits().to_string(),
         };
         writeln!(out, "YUV4MPEG2 W{width} H{height} F{above}:{below} Ip A1:1 C{colors} XCOLORRANGE=LIMITED")?;
-        let comment = escaped(&lines_of(&spec.notes));
+        let comment = escaped(&lines_of(&spec.metadata));
         Ok(Y4mEncoder { out, format, size: spec.size, comment, buffer: Vec::new() })
     }
 }
@@ -99,7 +99,7 @@ fn header(source: &mut impl Read) -> Option<Vec<u8>> {
     None
 }
 
-/// What is said of a film by its headers: size, frames a second as they are written, frames, and its notes as text.
+/// What is said of a film by its headers: size, frames a second as they are written, frames, and its metadata as text.
 pub struct Y4mHeaders {
     pub size: [u32; 2],
     pub rate: String,
@@ -173,11 +173,11 @@ mod tests {
         assert!(bytes.starts_with(b"YUV4MPEG2 W5 H3 F24000:1001 Ip A1:1 C420mpeg2 XCOLORRANGE=LIMITED\nFRAME Xanim="));
         let found = read_headers(&mut Cursor::new(&bytes)).unwrap();
         assert_eq!((found.size, found.rate.as_str(), found.frames), ([5, 3], "24000/1001", 12));
-        assert_eq!(found.text, lines_of(&spec(5, 3, 12).notes));
+        assert_eq!(found.text, lines_of(&spec(5, 3, 12).metadata));
         // 5 x 3 of luma and twice 3 x 2 of colours, behind a header.
         let last = bytes.len() - (15 + 12);
         assert_eq!(&bytes[last - 6..last], b"FRAME\n");
-        let longest = format!("YUV4MPEG2 W16384 H16384 F120000:1001 Ip A1:1 C420mpeg2 XCOLORRANGE=LIMITED\n");
+        let longest = "YUV4MPEG2 W16384 H16384 F120000:1001 Ip A1:1 C420mpeg2 XCOLORRANGE=LIMITED\n";
         assert!(longest.len() <= LONGEST_HEADER);
     }
 

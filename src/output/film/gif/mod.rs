@@ -155,7 +155,7 @@ impl<W: Write> GifEncoder<W> {
             let repeat = if spec.plays == 0 { Repeat::Infinite } else { Repeat::Finite(again) };
             encoder.set_repeat(repeat).map_err(plain)?;
         }
-        let comment = lines_of(&spec.notes);
+        let comment = lines_of(&spec.metadata);
         let pieces: Vec<&[u8]> = comment.as_bytes().chunks(255).collect();
         encoder.write_raw_extension(Extension::Comment.into(), &pieces).map_err(plain)?;
         let canvas = vec![[0; 4]; spec.size.iter().map(|n| *n as usize).product()];
