@@ -286,7 +286,8 @@ mod on_unix {
                     let wanted = CARD[(x / 8 + (index + 1) * (y / 8)) % 8];
                     let found = &pixels[3 * (y * width + x)..][..3];
                     let apart = (0..3).map(|i| wanted[i].abs_diff(found[i])).max().unwrap();
-                    let most = if wanted[0] == wanted[1] && wanted[1] == wanted[2] { 1 } else { 8 };
+                    // Beside colours a lossy codec moves greys by one more than the conversion alone may.
+                    let most = if wanted[0] == wanted[1] && wanted[1] == wanted[2] { 2 } else { 8 };
                     assert!(apart <= most, "{name} {index} {x} {y}: {wanted:?} {found:?}");
                 }
             }
