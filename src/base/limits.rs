@@ -30,6 +30,8 @@ pub const FRAME_SIDE: u32 = 16_384;
 pub const FRAME_PIXELS: u64 = 1 << 27;
 /// The file of a frame: the pixels above in 16 bits, should they not shrink.
 pub const FRAME_FILE_BYTES: u64 = 4 << 30;
+/// All channels of an EXR file, unpacked: sixty passes of a 4 k picture in floats.
+pub const EXR_BYTES: u64 = 8 << 30;
 /// Lights that have a pass of their own where only their colours change: each adds a film to the frame's memory.
 pub const LIGHT_PASSES: usize = 16;
 /// Frames that are looked ahead for what moves in them: each has a bit in a word.
@@ -60,6 +62,8 @@ pub const EXPOSURE: f64 = 64.0;
 pub const FILTER_WIDTH: f64 = 16.0;
 /// Frames of one sequence: eleven hours at 24 frames a second.
 pub const FRAMES: u32 = 1_000_000;
+/// Exposures at which FLIP compares two pictures of linear light: twice the stops that a half can hold.
+pub const FLIP_EXPOSURES: u32 = 64;
 /// Worker threads.
 pub const THREADS: usize = 1_024;
 

@@ -6,12 +6,17 @@
 mod attributes;
 mod chunks;
 mod exr;
+mod exr_image;
+mod layered;
 pub mod manifest;
 pub mod names;
 mod png;
 mod state;
 
 pub use exr::{ExrFile, encode_exr, is_exr, read_exr, read_exr_header};
+pub use layered::{
+    ChannelSamples, ColorEncoding, LayeredPicture, PictureChannel, PicturePart, PixelWindow, read_layered,
+};
 pub use png::{Notes, encode_png, read_notes, settings_note};
 pub use state::{State, look, making_notes, renamed};
 
