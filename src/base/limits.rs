@@ -62,6 +62,10 @@ pub const EXPOSURE: f64 = 64.0;
 pub const FILTER_WIDTH: f64 = 16.0;
 /// Frames of one sequence: eleven hours at 24 frames a second.
 pub const FRAMES: u32 = 1_000_000;
+/// What a golden picture may take to say what it was made from, compressed: it must stay a small file.
+pub const DESCRIPTION_BYTES: usize = 8 << 10;
+/// Pictures of one page of a report: what a browser still opens at once.
+pub const REPORT_BYTES: usize = 64 << 20;
 /// Exposures at which FLIP compares two pictures of linear light: twice the stops that a half can hold.
 pub const FLIP_EXPOSURES: u32 = 64;
 /// Worker threads.

@@ -5,12 +5,14 @@
 //! 5 reading or writing failed, 130 interrupted.
 
 mod check;
+mod diff;
 mod frames;
 mod pictures;
 mod plan;
 mod progress;
 mod render;
 mod scenes;
+mod test;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -53,12 +55,14 @@ enum Command {
     /// Write any scene that can be read as RON
     Convert(scenes::ConvertArguments),
     /// Compare two pictures, or two folders of them
-    Diff(pictures::DiffArguments),
+    Diff(diff::DiffArguments),
+    /// Test golden frames: render what changed, compare, and show why
+    Test(test::TestArguments),
     /// Show what a picture says of its making
     Info(pictures::InfoArguments),
 }
 
-const COMMANDS: [&str; 8] = ["render", "check", "plan", "dump", "convert", "diff", "info", "help"];
+const COMMANDS: [&str; 9] = ["render", "check", "plan", "dump", "convert", "diff", "test", "info", "help"];
 
 /// What an input is and how it is read; shared by the commands that open one.
 #[derive(clap::Args)]
@@ -107,7 +111,8 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Dump(arguments) => scenes::dump(arguments),
         Command::Convert(arguments) => scenes::convert(arguments),
-        Command::Diff(arguments) => pictures::diff(arguments),
+        Command::Diff(arguments) => diff::diff(arguments),
+        Command::Test(arguments) => test::run(arguments),
         Command::Info(arguments) => pictures::info(arguments),
     };
     let exit = outcome.unwrap_or_else(|problems| {
@@ -153,6 +158,11 @@ fn say(problems: &Diagnostics) {
         text = text.replace("error: ", "\x1b[1;31merror:\x1b[0m ").replace("warning: ", "\x1b[1;33mwarning:\x1b[0m ");
     }
     // A closed stderr leaves nobody to tell.
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Writes a line to stderr as it is.
+fn note(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 

@@ -115,7 +115,7 @@ fn parse_shard(text: &str) -> Result<[u32; 2], String> {
     Ok([i, n])
 }
 
-fn parse_threads(text: &str) -> Result<usize, String> {
+pub fn parse_threads(text: &str) -> Result<usize, String> {
     let number = text.parse().ok().filter(|n| (1..=limits::THREADS).contains(n));
     number.ok_or_else(|| format!("expected a number from 1 to {}", limits::THREADS))
 }
@@ -177,15 +177,17 @@ pub fn plan(arguments: &FrameArguments) -> Result<(Shot, Plan), Diagnostics> {
 }
 
 pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
-    let RenderArguments { wanted, threads, .. } = &arguments;
-    match threads {
-        None => render(&arguments, plan(wanted)?),
-        Some(threads) => rayon::ThreadPoolBuilder::new()
-            .num_threads(*threads)
-            .build()
-            .map_err(|e| Diagnostics::from(Diagnostic::error(format!("cannot start {threads} threads: {e}"))))?
-            .install(|| render(&arguments, plan(wanted)?)),
-    }
+    with_threads(arguments.threads, || render(&arguments, plan(&arguments.wanted)?))
+}
+
+/// Does work on so many threads, or on one per core.
+pub fn with_threads<T: Send>(
+    threads: Option<usize>,
+    work: impl FnOnce() -> Result<T, Diagnostics> + Send,
+) -> Result<T, Diagnostics> {
+    let Some(threads) = threads else { return work() };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|e| Diagnostics::from(Diagnostic::error(format!("cannot start {threads} threads: {e}"))))?.install(work)
 }
 
 fn render(arguments: &RenderArguments, (mut shot, mut plan): (Shot, Plan)) -> Result<Exit, Diagnostics> {
@@ -237,7 +239,7 @@ fn outcome(plan: &Plan, failed: &[(u32, Diagnostics)], there: usize) -> Exit {
 }
 
 /// A flag that the first interrupt raises; the second ends the program at once.
-fn on_interrupt() -> Result<Arc<AtomicBool>, Diagnostics> {
+pub fn on_interrupt() -> Result<Arc<AtomicBool>, Diagnostics> {
     let cancel = Arc::new(AtomicBool::new(false));
     let raised = cancel.clone();
     let handler = move || {

@@ -88,6 +88,26 @@ impl Judgement {
         self.flip.iter().map(|flip| flip.mean).reduce(f64::max)
     }
 
+    /// What was found, for people; one line at least.
+    pub fn lines(&self) -> Vec<String> {
+        let Comparison { layout, difference, compared, .. } = &self.comparison;
+        let mut lines = layout.clone();
+        if difference.pixels > 0 {
+            lines.push(format!(
+                "{} of {compared} pixels differ, largest {:.5}, RMSE {:.6}, PSNR {:.2} dB",
+                difference.pixels, difference.largest, difference.rmse, difference.psnr
+            ));
+        }
+        for FlipDifference { name, mean, .. } in &self.flip {
+            let of = if name.is_empty() { String::new() } else { format!(" of `{name}`") };
+            lines.push(format!("FLIP{of} {mean:.4}"));
+        }
+        if lines.is_empty() {
+            lines.push("equal".into());
+        }
+        lines
+    }
+
     /// The number of a metric, where it was computed.
     pub fn number(&self, metric: Metric) -> Option<f64> {
         let difference = self.comparison.difference;
@@ -166,22 +186,7 @@ fn flip_difference(a: &ColorLayer, b: &ColorLayer, settings: FlipSettings) -> Op
 /// What was found, in one line for people: the layout first, then the numbers.
 impl fmt::Display for Judgement {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Comparison { layout, difference, compared, .. } = &self.comparison;
-        let mut parts = layout.clone();
-        if difference.pixels > 0 {
-            parts.push(format!(
-                "{} of {compared} pixels differ, largest {:.5}, RMSE {:.6}, PSNR {:.2} dB",
-                difference.pixels, difference.largest, difference.rmse, difference.psnr
-            ));
-        }
-        for FlipDifference { name, mean, .. } in &self.flip {
-            let of = if name.is_empty() { String::new() } else { format!(" of `{name}`") };
-            parts.push(format!("FLIP{of} {mean:.4}"));
-        }
-        match parts.is_empty() {
-            true => f.write_str("equal"),
-            false => f.write_str(&parts.join("; ")),
-        }
+        f.write_str(&self.lines().join("; "))
     }
 }
 

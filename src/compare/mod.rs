@@ -2,9 +2,12 @@
 
 pub mod colors;
 pub mod comparison;
+pub mod description;
 pub mod flip;
 pub mod golden;
 pub mod judge;
+pub mod report;
+pub mod viewer;
 
 use std::path::Path;
 

@@ -62,6 +62,9 @@ pub fn feed_record(
     }
 }
 
+/// Fields of a mesh that stand for what it is made of.
+pub const MESH_CONTENT: [&str; 5] = ["file", "vertices", "triangles", "normals", "uvs"];
+
 /// Feeds a component that is not a mesh field by field; a mesh by what it is made of, wherever that was read from.
 pub fn feed_component(
     component: &Component,
@@ -72,8 +75,7 @@ pub fn feed_component(
     hasher.text(component.kind().name());
     match component {
         Component::Mesh(mesh) => {
-            let made_of_data = ["file", "vertices", "triangles", "normals", "uvs"];
-            feed_record(mesh, |field| wanted(field) && !made_of_data.contains(&field), hasher, visit);
+            feed_record(mesh, |field| wanted(field) && !MESH_CONTENT.contains(&field), hasher, visit);
             hasher.digest(mesh.data.digest());
         }
         other => feed_record(other.record(), wanted, hasher, visit),

@@ -11,6 +11,7 @@ mod layered;
 pub mod manifest;
 pub mod names;
 mod png;
+mod small_png;
 mod state;
 
 pub use exr::{ExrFile, encode_exr, is_exr, read_exr, read_exr_header};
@@ -18,6 +19,7 @@ pub use layered::{
     ChannelSamples, ColorEncoding, LayeredPicture, PictureChannel, PicturePart, PixelWindow, read_layered,
 };
 pub use png::{Notes, encode_png, read_notes, settings_note};
+pub use small_png::{PngPixels, compressed_note_bytes, encode_small_png, small_png_of};
 pub use state::{State, look, making_notes, renamed};
 
 use std::fs::{File, TryLockError};
