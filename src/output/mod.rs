@@ -14,6 +14,7 @@ mod png;
 mod small_png;
 mod state;
 
+pub use chunks::sound_notes;
 pub use exr::{ExrFile, encode_exr, is_exr, read_exr, read_exr_header};
 pub use layered::{
     ChannelSamples, ColorEncoding, LayeredPicture, PictureChannel, PicturePart, PixelWindow, read_layered,

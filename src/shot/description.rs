@@ -1,20 +1,20 @@
 //! A frame as facts for people: what it is made from, by the names that the scene and the script use.
 
 use super::Shot;
-use super::fingerprint::{BaseFingerprint, Fingerprint, PICTURES};
+use super::outline::{INVISIBLE, Outline, PICTURES, Rest};
 use crate::base::diagnostics::Diagnostics;
 use crate::compare::description::{Detail, Fact, FrameDescription, PARTS, Topic, short};
 use crate::components::content::MESH_CONTENT;
-use crate::components::{Camera, Component, EntityDesc, FieldClass, Kind, Material, Record, Render, Scene, Value};
+use crate::components::{Camera, Bag, Component, Kind, Material, Record, Render, Scene, Value};
 
 impl Shot {
     /// What a frame is made from at its own time; `fingerprint` is that of the frame.
     ///
     /// # Errors
     /// The mistakes of the frame.
-    pub fn describe(&mut self, frame: u32, fingerprint: &Fingerprint) -> Result<FrameDescription, Diagnostics> {
+    pub fn describe(&mut self, frame: u32, fingerprint: &Outline) -> Result<FrameDescription, Diagnostics> {
         let scene = self.scene_of(frame)?;
-        let mut facts = Facts { list: Vec::new(), base: &self.input.base };
+        let mut facts = Facts { list: Vec::new(), base: &self.input.rest };
         facts.add(Topic::Frame, "anim", "version", env!("CARGO_PKG_VERSION").into());
         facts.add(Topic::Frame, "anim", "picture version", PICTURES.to_string());
         for (part, digest) in fingerprint.digests() {
@@ -28,7 +28,7 @@ impl Shot {
 struct Facts<'a> {
     list: Vec<Fact>,
     /// Knows the content of the files that a scene names.
-    base: &'a BaseFingerprint,
+    base: &'a Rest,
 }
 
 impl Facts<'_> {
@@ -38,13 +38,7 @@ impl Facts<'_> {
 
     fn scene(&mut self, scene: &Scene) {
         self.record(Topic::Scene, "camera", "", &scene.camera, &Camera::default(), &[]);
-        let invisible: Vec<&str> = Render::FIELDS
-            .iter()
-            .zip(Render::CLASSES)
-            .filter(|(_, class)| **class == FieldClass::Invisible)
-            .map(|(field, _)| *field)
-            .collect();
-        self.record(Topic::Scene, "render", "", &scene.render, &Render::default(), &invisible);
+        self.record(Topic::Scene, "render", "", &scene.render, &Render::default(), &INVISIBLE);
         let worn: rustc_hash::FxHashSet<&str> = scene.entities.iter().filter_map(material_of).collect();
         for (name, material) in scene.materials.iter().filter(|(name, _)| worn.contains(&**name)) {
             let subject = format!("material `{name}`");
@@ -116,7 +110,7 @@ impl Facts<'_> {
     }
 }
 
-fn material_of(entity: &EntityDesc) -> Option<&str> {
+fn material_of(entity: &Bag) -> Option<&str> {
     match entity.get(Kind::MaterialName) {
         Some(Component::MaterialName(name)) => Some(&name.0),
         _ => None,

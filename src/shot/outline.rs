@@ -25,7 +25,7 @@ use crate::systems::Shiner;
 pub const PICTURES: u32 = 3;
 
 /// Settings that do not show in a picture.
-const INVISIBLE: [&str; 2] = ["accel", "grid_density"];
+pub const INVISIBLE: [&str; 2] = ["accel", "grid_density"];
 
 /// Fields of the camera that are the lens and its focus; the others are where it stands and what it sees.
 const LENS: [&str; 6] = ["focus_distance", "focus", "aperture", "lens", "f_stop", "meters_per_unit"];
@@ -107,6 +107,11 @@ impl Outline {
         self.photons.is_some() && self.photons == other.photons
     }
 
+    /// The parts with their digests.
+    pub fn digests(&self) -> impl Iterator<Item = (Part, Digest)> + '_ {
+        Part::ALL.into_iter().map(|part| (part, self.parts[part as usize]))
+    }
+
     /// The parts in which two frames differ.
     pub fn changes(&self, before: &Outline) -> Vec<Part> {
         Part::ALL.into_iter().filter(|part| self.parts[*part as usize] != before.parts[*part as usize]).collect()
@@ -166,6 +171,11 @@ impl Rest {
         let Scene { camera, render, .. } = &*self.scene;
         let (camera, render) = (camera.clone(), render.clone());
         Rest { scene: Arc::new(Scene { camera, render, ..Scene::default() }), ..self }
+    }
+
+    /// The digest of what a file holds that the scene names so; `None` if the text names none.
+    pub fn content_of(&self, text: &Text) -> Option<Digest> {
+        self.assets.content(text)
     }
 
     /// A file that the scene names and that has changed since it was hashed.

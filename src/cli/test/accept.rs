@@ -4,7 +4,7 @@ use std::io::{BufRead, Write};
 
 use super::results::{GoldenResult, Outcome};
 use super::{Patterns, TestArguments, Tested, shown, tell};
-use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::cli::{print, say, usage};
 use crate::compare::golden::{self, GoldenPicture};
 
@@ -27,7 +27,7 @@ pub fn accept(tested: &mut [Tested], patterns: &Patterns, text: &str) -> Result<
         let mut names: Vec<&str> = known.collect();
         names.dedup();
         let problem = Diagnostic::error(format!("--accept {text}: no golden is called so")).suggest(text, names);
-        return Err(problem.because(crate::base::diagnostics::Cause::Usage).into());
+        return Err(problem.because(Cause::Usage).into());
     }
     for result in tested.iter_mut().flat_map(|tested| &mut tested.results) {
         // What is forgiven changes only if it is named: goldens that creep along would forgive anything in the end.

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use super::progress::Mode;
 use super::render::{parse_threads, with_threads};
 use super::{Exit, exit_code, print, say, usage};
-use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::load::golden::{GOLDEN_FILE, GoldenList, load_golden_list};
 use patterns::Patterns;
 use results::{GoldenResult, Outcome};
@@ -155,26 +155,16 @@ fn lists(files: &[PathBuf]) -> Result<Vec<GoldenList>, Diagnostics> {
         let path = if path.is_dir() { path.join(GOLDEN_FILE) } else { path.clone() };
         if !path.exists() && (files.is_empty() || path.ends_with(GOLDEN_FILE)) {
             let help = "`anim test --init SCRIPT.rhai` writes one".to_string();
-            return Err(Diagnostic::error(format!("there is no {}", path.display())).help(help).because_usage().into());
+            return Err(Diagnostic::error(format!("there is no {}", path.display())).help(help).because(Cause::Usage).into());
         }
         if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("ron")) {
             let help = "a list of golden frames is a golden.ron; --init writes one for scripts";
             let message = format!("{} is no list of golden frames", path.display());
-            return Err(Diagnostic::error(message).help(help).because_usage().into());
+            return Err(Diagnostic::error(message).help(help).because(Cause::Usage).into());
         }
         lists.push(load_golden_list(&path)?);
     }
     Ok(lists)
-}
-
-trait UsageError {
-    fn because_usage(self) -> Self;
-}
-
-impl UsageError for Diagnostic {
-    fn because_usage(self) -> Self {
-        self.because(crate::base::diagnostics::Cause::Usage)
-    }
 }
 
 /// Each list has its own folder of new pictures, so that names cannot meet.

@@ -14,8 +14,8 @@ use crate::compare::judge::{FlipSettings, Judgement, Metric, Slack, Verdict, jud
 use crate::compare::report::{Change, ReportItem};
 use crate::load::golden::{GoldenEntry, GoldenList};
 use crate::output::names::Target;
-use crate::shot::plan::{self, PlannedFrame};
-use crate::shot::run::{self, Event, ReusePolicy};
+use crate::shot::plan::{self, Planned};
+use crate::shot::run::{self, Event, Policy};
 use crate::shot::{self, Overrides, Shot};
 
 /// Folder of new pictures, beside the goldens.
@@ -101,7 +101,7 @@ impl Tester<'_> {
             }
         };
         let planned = std::mem::take(&mut plan.frames);
-        let is_known = |planned: &PlannedFrame| {
+        let is_known = |planned: &Planned| {
             !self.arguments.render && golden::hash_of(&self.golden(planned.frame)) == Some(planned.hash)
         };
         let (known, others): (Vec<_>, Vec<_>) = planned.into_iter().partition(is_known);
@@ -112,7 +112,7 @@ impl Tester<'_> {
             known.iter().map(|planned| self.result(planned.frame, Outcome::Unchanged)).collect();
         for planned in &plan.frames {
             let failed = unrendered.iter().find(|(frame, _)| *frame == planned.frame);
-            let problems = planned.fingerprint.as_ref().err().or(failed.map(|(_, problems)| problems));
+            let problems = planned.outline.as_ref().err().or(failed.map(|(_, problems)| problems));
             results.push(match problems {
                 Some(problems) => self.failed(planned.frame, problems.clone()),
                 None => self.compared(&mut shot, planned)?,
@@ -149,60 +149,67 @@ impl Tester<'_> {
 
     /// Renders what is left of the plan; gives the frames that failed, or `None` if it was interrupted.
     fn render(&self, shot: &mut Shot, plan: &mut plan::Plan) -> Result<Option<Vec<(u32, Diagnostics)>>, Diagnostics> {
-        if plan.frames.iter().all(|planned| planned.fingerprint.is_err()) {
+        if plan.frames.iter().all(|planned| planned.outline.is_err()) {
             return Ok(Some(Vec::new()));
         }
         keep_out_of_git(self.out)?;
         if !self.arguments.render {
-            plan.inspect(&shot.source);
+            plan.look(&shot.source);
         }
         let progress = Progress::new(self.arguments.progress, plan.frames.len());
         let watch = |event: Event| match event {
             Event::Tiles { frame, done, total } => progress.tiles(frame, done, total),
             Event::Written(report) => progress.written(report.frame, &report.file.to_string_lossy()),
         };
-        let policy = ReusePolicy { reuse: true, memory: limits::REUSE_MEMORY };
+        let policy = Policy { reuse: true, memory: limits::REUSE_MEMORY };
         let outcome = run::run(shot, plan, policy, self.cancel, &watch);
         progress.clear();
         let outcome = outcome?;
         Ok((!outcome.cancelled).then_some(outcome.failed))
     }
 
-    fn compared(&self, shot: &mut Shot, planned: &PlannedFrame) -> Result<GoldenResult, Diagnostics> {
+    fn compared(&self, shot: &mut Shot, planned: &Planned) -> Result<GoldenResult, Diagnostics> {
         let new = GoldenPicture::read(&planned.file)?;
         let path = self.golden(planned.frame);
-        let description = planned.fingerprint.as_ref().ok().map(|f| shot.describe(planned.frame, f)).transpose()?;
         let mut result = self.result(planned.frame, Outcome::Missing);
         result.new = Some(planned.file.clone());
-        result.description = description.as_ref().map(golden::fitting_text);
-        if !path.exists() {
-            result.lines.push("there is no golden yet".into());
-            result.item = Some(item(&result).with_pictures(None, Some(&new.picture), None));
-            return Ok(result);
-        }
-        let known = match GoldenPicture::read(&path) {
-            Ok(known) => known,
-            Err(problem) => {
-                // A golden that is no picture is different from any; what it was can be made golden again.
+        let known = path.exists().then(|| GoldenPicture::read(&path));
+        let judged = match &known {
+            Some(Ok(known)) => Some(judge(&known.picture, &new.picture, &self.slack(), self.flip_settings(), true)),
+            // A golden that is no picture is different from any; what it was can be made golden again.
+            Some(Err(problem)) => {
                 result.outcome = Outcome::Different;
-                result.lines.push(problem.message);
-                result.item = Some(item(&result).with_pictures(None, Some(&new.picture), None));
-                return Ok(result);
+                result.lines.push(problem.message.clone());
+                None
+            }
+            None => {
+                result.lines.push("there is no golden yet".into());
+                None
             }
         };
-        let judged = judge(&known.picture, &new.picture, &self.slack(), self.flip_settings(), true);
-        result.outcome = match judged.verdict {
-            Verdict::Equal => Outcome::Equal,
-            Verdict::Within => Outcome::Within,
-            Verdict::Different => Outcome::Different,
-        };
-        if judged.verdict != Verdict::Equal {
-            result.lines = lines(&judged);
-            result.numbers = Some(diff::numbers(&judged));
-            result.why = why(&known, description.as_ref());
+        if let Some(judged) = &judged {
+            result.outcome = match judged.verdict {
+                Verdict::Equal => Outcome::Equal,
+                Verdict::Within => Outcome::Within,
+                Verdict::Different => Outcome::Different,
+            };
+            if judged.verdict != Verdict::Equal {
+                result.lines = lines(judged);
+                result.numbers = Some(diff::numbers(judged));
+            }
         }
-        if judged.verdict == Verdict::Different {
-            result.item = Some(item(&result).with_pictures(Some(&known.picture), Some(&new.picture), Some(&judged)));
+        let is_equal = matches!(result.outcome, Outcome::Equal);
+        if is_equal && self.arguments.accept.is_none() {
+            return Ok(result);
+        }
+        let description = planned.outline.as_ref().ok().map(|f| shot.describe(planned.frame, f)).transpose()?;
+        result.description = description.as_ref().map(golden::fitting_text);
+        if let (Some(Ok(known)), false) = (&known, is_equal) {
+            result.why = why(known, description.as_ref());
+        }
+        if result.outcome.fails() {
+            let golden = known.as_ref().and_then(|known| known.as_ref().ok()).map(|known| &known.picture);
+            result.item = Some(item(&result).with_pictures(golden, Some(&new.picture), judged.as_ref()));
         }
         Ok(result)
     }

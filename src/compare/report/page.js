@@ -135,7 +135,9 @@
     row.querySelector("input")?.addEventListener("change", (event) => tick(index, event.target.checked));
   });
   by("all").addEventListener("change", () => {
-    for (const row of visible()) tick(rows.indexOf(row), by("all").checked);
+    // Each tick looks at the box for all again.
+    const on = by("all").checked;
+    for (const row of visible()) tick(rows.indexOf(row), on);
   });
 
   by("copy").addEventListener("click", async () => {
