@@ -15,7 +15,8 @@ use crate::compare::{self, Picture, difference_picture};
 use crate::output::{LayeredPicture, write_atomic};
 
 #[derive(clap::Args)]
-#[command(after_help = "Every value of both files is compared: alpha, and all parts and channels of an EXR file, by name. What is there in
+#[command(
+    after_help = "Every value of both files is compared: alpha, and all parts and channels of an EXR file, by name. What is there in
 one of the two alone, or covers another rectangle, is a difference that no tolerance forgives. PNG values go from 0 to 1,
 EXR values are what the file holds.
 
@@ -30,7 +31,8 @@ Examples:
   anim diff a.png b.png                              exit code 0 if they are equal, 1 if not
   anim diff before/ after/ -o apart/ --html apart.html
   anim diff a.exr b.exr --metric max --tolerance 1e-4
-  anim diff a.png b.png --metric flip --tolerance 0.02 --json")]
+  anim diff a.png b.png --metric flip --tolerance 0.02 --json"
+)]
 pub struct DiffArguments {
     /// A picture or a folder of pictures
     a: PathBuf,
@@ -95,7 +97,8 @@ struct Rule {
 
 impl DiffArguments {
     fn rule(&self) -> Result<Rule, Diagnostics> {
-        let metric = self.metric.unwrap_or(if self.tolerance.is_some_and(|t| t > 0.0) { Metric::Max } else { Metric::Exact });
+        let metric =
+            self.metric.unwrap_or(if self.tolerance.is_some_and(|t| t > 0.0) { Metric::Max } else { Metric::Exact });
         let threshold = match (metric, self.tolerance) {
             (Metric::Exact, Some(t)) if t > 0.0 => {
                 return Err(usage("--metric exact has no tolerance; use max, rmse, psnr or flip"));
@@ -237,7 +240,8 @@ impl Run<'_> {
             n => format!("{n} pictures differ"),
         };
         let (a, b) = (self.arguments.a.display(), self.arguments.b.display());
-        let counts = format!("{equal} equal, {within} within the tolerance, {different} different, {alone} in one alone");
+        let counts =
+            format!("{equal} equal, {within} within the tolerance, {different} different, {alone} in one alone");
         let viewing = self.rule.settings.viewing.pixels_per_degree;
         let page = ReportPage {
             title,

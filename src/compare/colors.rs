@@ -117,7 +117,10 @@ mod tests {
     #[test]
     fn colors_are_found_in_any_layout() {
         assert_eq!(names(&[("", &["A", "B", "G", "R", "Z"])]), [""]);
-        assert_eq!(names(&[("", &["B", "G", "R", "albedo.B", "albedo.G", "albedo.R", "N.X", "N.Y", "N.Z"])]), ["", "albedo"]);
+        assert_eq!(
+            names(&[("", &["B", "G", "R", "albedo.B", "albedo.G", "albedo.R", "N.X", "N.Y", "N.Z"])]),
+            ["", "albedo"]
+        );
         let blender: &[(&str, &[&str])] = &[
             ("V.Albedo", &["V.Albedo.B", "V.Albedo.G", "V.Albedo.R"]),
             ("V.Combined", &["V.Combined.A", "V.Combined.B", "V.Combined.G", "V.Combined.R"]),

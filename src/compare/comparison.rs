@@ -96,7 +96,8 @@ struct Placed<'a> {
 fn placed(picture: &LayeredPicture) -> Vec<Placed<'_>> {
     let is_single = picture.parts.len() == 1;
     let all = picture.parts.iter().flat_map(|part| {
-        let place = move |channel| Placed { name: name_of(part, channel, is_single), window: part.data_window, channel };
+        let place =
+            move |channel| Placed { name: name_of(part, channel, is_single), window: part.data_window, channel };
         part.channels.iter().map(place)
     });
     all.collect()
@@ -105,7 +106,9 @@ fn placed(picture: &LayeredPicture) -> Vec<Placed<'_>> {
 /// The name of a channel in its file. What a single part is called tells nothing; a part may be named in its channels.
 pub(super) fn name_of(part: &PicturePart, channel: &PictureChannel, is_single: bool) -> String {
     match part.name.as_deref() {
-        Some(name) if !is_single && !channel.name.starts_with(&format!("{name}.")) => format!("{name}.{}", channel.name),
+        Some(name) if !is_single && !channel.name.starts_with(&format!("{name}.")) => {
+            format!("{name}.{}", channel.name)
+        }
         _ => channel.name.clone(),
     }
 }
@@ -164,12 +167,7 @@ fn quoted(names: &[String]) -> String {
     }
 }
 
-fn compare_channel(
-    a: &Placed,
-    b: &Placed,
-    window: PixelWindow,
-    mask: &mut [bool],
-) -> (Tally, ChannelDifference) {
+fn compare_channel(a: &Placed, b: &Placed, window: PixelWindow, mask: &mut [bool]) -> (Tally, ChannelDifference) {
     let (mut tally, mut pixels, mut worst, mut most) = (Tally::default(), 0, [0, 0], 0.0);
     let [width, height] = window.size;
     let mut take = |x: u32, y: u32, va: f64, vb: f64| {
@@ -252,7 +250,8 @@ mod tests {
 
     #[test]
     fn parts_are_compared_by_name_and_where_they_lie() {
-        let combined = |origin, values: &[f32]| part(Some("V.Combined"), origin, [2, 1], vec![channel("V.Combined.R", values)]);
+        let combined =
+            |origin, values: &[f32]| part(Some("V.Combined"), origin, [2, 1], vec![channel("V.Combined.R", values)]);
         let depth = |value: f32| part(Some("V.Depth"), [0, 0], [1, 1], vec![channel("Z", &[value])]);
         let a = picture([4, 1], vec![combined([0, 0], &[1.0, 2.0]), depth(7.0)]);
         let b = picture([4, 1], vec![depth(7.0), combined([0, 0], &[1.0, 2.0])]);

@@ -55,7 +55,9 @@ impl Topic {
     }
 
     fn parse(letter: &str) -> Option<Topic> {
-        [Topic::Frame, Topic::Scene, Topic::Material, Topic::Entity].into_iter().find(|t| letter.chars().eq([t.letter()]))
+        [Topic::Frame, Topic::Scene, Topic::Material, Topic::Entity]
+            .into_iter()
+            .find(|t| letter.chars().eq([t.letter()]))
     }
 }
 
@@ -230,7 +232,8 @@ fn ordered(
 }
 
 fn changes_of(subject: &str, old: &[&Fact], new: &[&Fact]) -> Vec<Change> {
-    let find = |facts: &[&Fact], field: &str| facts.iter().find(|fact| fact.field == field).map(|fact| fact.value.clone());
+    let find =
+        |facts: &[&Fact], field: &str| facts.iter().find(|fact| fact.field == field).map(|fact| fact.value.clone());
     let mut fields: Vec<&str> = old.iter().chain(new).map(|fact| fact.field.as_str()).collect();
     let mut seen = rustc_hash::FxHashSet::default();
     fields.retain(|field| seen.insert(*field));

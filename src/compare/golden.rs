@@ -9,7 +9,7 @@ use crate::base::diagnostics::{Cause, Diagnostic};
 use crate::base::digest::Digest;
 use crate::base::{files, limits};
 use crate::output::{
-    LayeredPicture, Notes, sound_notes, compressed_note_bytes, read_layered, small_png_of, write_atomic,
+    LayeredPicture, Metadata, checked_png_metadata, compressed_note_bytes, read_layered, small_png_of, write_atomic,
 };
 
 /// Keyword of the description of the frame; what a picture says of itself beside it is as a frame's file has it.
@@ -21,7 +21,7 @@ const HASH: &str = "Hash";
 pub struct GoldenPicture {
     pub picture: LayeredPicture,
     /// What it says of its making, without the description.
-    pub metadata: Notes,
+    pub metadata: Metadata,
     pub description: Option<FrameDescription>,
 }
 
@@ -34,7 +34,7 @@ impl GoldenPicture {
         let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
         let cannot = |why: &str| Diagnostic::error(format!("cannot read {}: {why}", path.display())).because(Cause::Io);
         let picture = read_layered(&bytes).map_err(|e| cannot(&e))?;
-        let mut metadata = sound_notes(&bytes).unwrap_or_default();
+        let mut metadata = checked_png_metadata(&bytes).unwrap_or_default();
         let description = metadata.iter().find(|(keyword, _)| keyword == SCENE);
         let description = description.and_then(|(_, text)| FrameDescription::parse(text));
         metadata.retain(|(keyword, _)| keyword != SCENE);
@@ -45,13 +45,14 @@ impl GoldenPicture {
 /// The hash that a golden carries; `None` for a file that is not whole, or was not made by this program.
 pub fn hash_of(path: &Path) -> Option<Digest> {
     let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES).ok()?;
-    let metadata = sound_notes(&bytes)?;
+    let metadata = checked_png_metadata(&bytes)?;
     metadata.iter().find(|(keyword, _)| keyword == HASH)?.1.parse().ok()
 }
 
 /// The description of a frame in the best detail that a golden may carry, as text.
 pub fn fitting_text(description: &FrameDescription) -> String {
-    let is_small = |text: &str| compressed_note_bytes(SCENE, text).is_ok_and(|bytes| bytes <= limits::DESCRIPTION_BYTES);
+    let is_small =
+        |text: &str| compressed_note_bytes(SCENE, text).is_ok_and(|bytes| bytes <= limits::DESCRIPTION_BYTES);
     let best = description.fitting(is_small);
     best.to_text()
 }
@@ -61,7 +62,7 @@ pub fn fitting_text(description: &FrameDescription) -> String {
 /// # Errors
 /// A picture that a golden cannot be; a file that cannot be written.
 pub fn write(path: &Path, picture: &GoldenPicture, description: Option<&str>) -> Result<(), Diagnostic> {
-    let long: Notes = description.map(|text| (SCENE.to_string(), text.to_string())).into_iter().collect();
+    let long: Metadata = description.map(|text| (SCENE.to_string(), text.to_string())).into_iter().collect();
     let bytes = small_png_of(&picture.picture, &picture.metadata, &long)
         .map_err(|e| Diagnostic::error(format!("{} cannot be a golden picture: {e}", path.display())))?;
     write_atomic(path, &bytes)
@@ -93,7 +94,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         let film = Film { pixels: vec![[0.1, 0.5, 0.9]; 6], ..Film::new(3, 2) };
-        let metadata: Notes = vec![(HASH.into(), Digest(77).to_string()), ("Frame".into(), "3".into())];
+        let metadata: Metadata = vec![(HASH.into(), Digest(77).to_string()), ("Frame".into(), "3".into())];
         write_atomic(&at("new.png"), &encode_png(&film, &Render::default(), &metadata).unwrap()).unwrap();
         let new = GoldenPicture::read(&at("new.png")).unwrap();
         assert_eq!(new.description, None);

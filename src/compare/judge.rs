@@ -197,7 +197,8 @@ mod tests {
 
     fn gray(encoding: ColorEncoding, value: f32) -> LayeredPicture {
         let window = PixelWindow { origin: [0, 0], size: [4, 4] };
-        let channel = |name: &str| PictureChannel { name: name.into(), samples: ChannelSamples::Float(vec![value; 16]) };
+        let channel =
+            |name: &str| PictureChannel { name: name.into(), samples: ChannelSamples::Float(vec![value; 16]) };
         let channels = ["R", "G", "B"].map(channel).to_vec();
         LayeredPicture {
             encoding,

@@ -88,9 +88,7 @@ pub fn load_golden_list(path: &Path) -> Result<GoldenList, Diagnostics> {
 fn parse(text: &str, path: &Path) -> Result<GoldenList, Diagnostics> {
     let file = path.to_string_lossy().into_owned();
     let tree = spans::parse(text).map_err(|broken| {
-        Diagnostics::from(
-            Diagnostic::error(broken.message).at(Place::of_span(&*file, text, broken.at, broken.at + 1)),
-        )
+        Diagnostics::from(Diagnostic::error(broken.message).at(Place::of_span(&*file, text, broken.at, broken.at + 1)))
     })?;
     let base = path.parent().unwrap_or(Path::new(""));
     let mut reader = Reader { text, file, base, found: Diagnostics::default() };
@@ -170,7 +168,14 @@ impl Reader<'_> {
         let script = self.base.join(script?);
         let stem = || script.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let name = name.unwrap_or_else(stem);
-        Some(GoldenEntry { name, script, parameters, frames, settings, place: self.place((node.start, node.start + 1)) })
+        Some(GoldenEntry {
+            name,
+            script,
+            parameters,
+            frames,
+            settings,
+            place: self.place((node.start, node.start + 1)),
+        })
     }
 
     /// The fields of a struct whose keys are known and there once; the others are reported.
@@ -184,7 +189,11 @@ impl Reader<'_> {
         for child in &node.children {
             let Some(key) = child.key.as_deref() else {
                 let help = Some("fields are written `name: value`".to_string());
-                self.report((child.value.start, child.value.end), format!("{owner} has a value without a field name"), help);
+                self.report(
+                    (child.value.start, child.value.end),
+                    format!("{owner} has a value without a field name"),
+                    help,
+                );
                 continue;
             };
             let span = (child.key_start, child.key_end);
@@ -219,7 +228,11 @@ impl Reader<'_> {
             return Some(number);
         }
         let name = child.key.as_deref().unwrap_or("");
-        self.report((child.value.start, child.value.end), format!("`{name}`: expected {expected}, found {number}"), None);
+        self.report(
+            (child.value.start, child.value.end),
+            format!("`{name}`: expected {expected}, found {number}"),
+            None,
+        );
         None
     }
 
@@ -230,7 +243,11 @@ impl Reader<'_> {
             return Some(number);
         }
         let name = child.key.as_deref().unwrap_or("");
-        self.report((child.value.start, child.value.end), format!("`{name}`: expected {expected}, found {number}"), None);
+        self.report(
+            (child.value.start, child.value.end),
+            format!("`{name}`: expected {expected}, found {number}"),
+            None,
+        );
         None
     }
 
@@ -302,7 +319,11 @@ impl Reader<'_> {
                 continue;
             };
             if found.iter().any(|(known, _)| *known == name) {
-                self.report((parameter.key_start, parameter.key_end), format!("parameter `{name}` is given twice"), None);
+                self.report(
+                    (parameter.key_start, parameter.key_end),
+                    format!("parameter `{name}` is given twice"),
+                    None,
+                );
             }
             let source = self.text[span.0..span.1].trim();
             if !parameter.value.children.is_empty() {
@@ -357,7 +378,10 @@ mod tests {
         refused("(entries: [])", &["no entries", "add entries"]);
         refused("(entries: [(frames: \"1\")])", &["needs a `script`"]);
         refused("(entries: [(script: \"a.rhai\"), (script: \"b/a.rhai\")])", &["two entries are called `a`", "`name`"]);
-        refused("(size: (0, 9), entries: [(script: \"a\", flip: 2, samples: \"x\")])", &["sides go", "from 0 to 1", "found \"x\""]);
+        refused(
+            "(size: (0, 9), entries: [(script: \"a\", flip: 2, samples: \"x\")])",
+            &["sides go", "from 0 to 1", "found \"x\""],
+        );
         refused("(entries: [(script: \"a\", name: \"../x\")])", &["cannot be used"]);
         refused("(entries: [(script: \"a\", integrator: Pat)])", &["did you mean `Path`?"]);
         refused("(entries: [(script: \"a\", script: \"b\")])", &["given twice"]);

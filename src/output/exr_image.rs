@@ -83,7 +83,8 @@ mod tests {
                 LayerAttributes { layer_position: Vec2(at.0, at.1), ..LayerAttributes::named(Text::from(name)) };
             Layer::new((2, 1), attributes, Encoding::FAST_LOSSLESS, AnyChannels::sort(channels.into()))
         };
-        let combined = ["ViewLayer.Combined.R", "ViewLayer.Combined.A"].map(|name| channel(name, FlatSamples::F32(vec![0.5, 2.0])));
+        let combined = ["ViewLayer.Combined.R", "ViewLayer.Combined.A"]
+            .map(|name| channel(name, FlatSamples::F32(vec![0.5, 2.0])));
         let ids = vec![channel("ViewLayer.Id.X", FlatSamples::U32(vec![7, u32::MAX]))];
         let mut layers: SmallVec<[_; 2]> = SmallVec::new();
         layers.push(layer("ViewLayer.Combined", (0, 0), combined.to_vec()));

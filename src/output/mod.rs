@@ -14,18 +14,18 @@ mod png;
 mod small_png;
 mod state;
 
-pub use chunks::sound_notes;
+use std::fs::{File, TryLockError};
+use std::io::Write;
+use std::path::Path;
+
+pub use chunks::checked_metadata as checked_png_metadata;
 pub use exr::{ExrFile, encode_exr, is_exr, read_exr, read_exr_header};
 pub use layered::{
     ChannelSamples, ColorEncoding, LayeredPicture, PictureChannel, PicturePart, PixelWindow, read_layered,
 };
-pub use png::{Notes, encode_png, read_notes, settings_note};
+pub use png::{Metadata, encode_png, read_png_metadata, settings_text};
 pub use small_png::{PngPixels, compressed_note_bytes, encode_small_png, small_png_of};
-pub use state::{State, look, making_notes, renamed};
-
-use std::fs::{File, TryLockError};
-use std::io::Write;
-use std::path::Path;
+pub use state::{FileState, inspect, provenance_metadata, relabelled};
 
 use crate::base::diagnostics::Diagnostic;
 

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use ::png::text_metadata::{EncodableTextChunk, ITXtChunk};
 use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter, SrgbRenderingIntent};
 
-use super::{ChannelSamples, ColorEncoding, LayeredPicture, Notes};
+use super::{ChannelSamples, ColorEncoding, LayeredPicture, Metadata};
 
 /// Pixels of a PNG file, row by row from the top.
 pub enum PngPixels<'a> {
@@ -24,13 +24,18 @@ pub enum PngPixels<'a> {
 pub fn encode_small_png(
     [width, height]: [u32; 2],
     pixels: &PngPixels,
-    notes: &Notes,
-    long: &Notes,
+    notes: &Metadata,
+    long: &Metadata,
 ) -> Result<Vec<u8>, String> {
     encode([width, height], pixels, notes, long).map_err(|e| e.to_string())
 }
 
-fn encode([width, height]: [u32; 2], pixels: &PngPixels, notes: &Notes, long: &Notes) -> Result<Vec<u8>, EncodingError> {
+fn encode(
+    [width, height]: [u32; 2],
+    pixels: &PngPixels,
+    notes: &Metadata,
+    long: &Metadata,
+) -> Result<Vec<u8>, EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, width, height);
     let (color, depth, data) = match pixels {
@@ -75,11 +80,12 @@ pub fn compressed_note_bytes(keyword: &str, text: &str) -> Result<usize, String>
 ///
 /// # Errors
 /// A picture that is of another kind, and why; a note that PNG cannot hold.
-pub fn small_png_of(picture: &LayeredPicture, notes: &Notes, long: &Notes) -> Result<Vec<u8>, String> {
+pub fn small_png_of(picture: &LayeredPicture, notes: &Metadata, long: &Metadata) -> Result<Vec<u8>, String> {
     let ColorEncoding::Srgb { bits } = picture.encoding else { return Err("it holds linear light".into()) };
     let [part] = &picture.parts[..] else { return Err("it has several parts".into()) };
     let channel = |name: &str| part.channels.iter().find(|c| c.name == name).map(|c| &c.samples);
-    let (3, Some(red), Some(green), Some(blue)) = (part.channels.len(), channel("R"), channel("G"), channel("B")) else {
+    let (3, Some(red), Some(green), Some(blue)) = (part.channels.len(), channel("R"), channel("G"), channel("B"))
+    else {
         return Err("it has other channels than R, G and B".into());
     };
     let values = |samples: &ChannelSamples, i: usize| samples.get(i);
@@ -99,7 +105,7 @@ mod tests {
     use super::*;
     use crate::components::Render;
     use crate::film::Film;
-    use crate::output::{encode_png, read_layered, read_notes};
+    use crate::output::{encode_png, read_layered, read_png_metadata};
 
     #[test]
     fn the_small_file_has_the_same_pixels_and_its_notes() {
@@ -108,12 +114,12 @@ mod tests {
         let text = "transform.translation (1, 2, 3)\n".repeat(100);
         let note = |keyword: &str, text: &str| (keyword.to_string(), text.to_string());
         for bit_depth in [8, 16] {
-            let bytes = encode_png(&film, &Render { bit_depth, ..Render::default() }, &Notes::new()).unwrap();
+            let bytes = encode_png(&film, &Render { bit_depth, ..Render::default() }, &Metadata::new()).unwrap();
             let picture = read_layered(&bytes).unwrap();
             let (notes, long) = (vec![note("Frame", "7")], vec![note("Scene", &text)]);
             let small = small_png_of(&picture, &notes, &long).unwrap();
             assert_eq!(read_layered(&small).unwrap(), picture);
-            assert_eq!(read_notes(&small), Some(([40, 30], [notes, long].concat())));
+            assert_eq!(read_png_metadata(&small), Some(([40, 30], [notes, long].concat())));
             assert_eq!(small, small_png_of(&picture, &vec![note("Frame", "7")], &vec![note("Scene", &text)]).unwrap());
         }
         let size = compressed_note_bytes("Scene", &text).unwrap();

@@ -1,20 +1,20 @@
 //! A frame as facts for people: what it is made from, by the names that the scene and the script use.
 
 use super::Shot;
-use super::outline::{INVISIBLE, Outline, PICTURES, Rest};
+use super::fingerprint::{BaseFingerprint, Fingerprint, INVISIBLE, PICTURES};
 use crate::base::diagnostics::Diagnostics;
 use crate::compare::description::{Detail, Fact, FrameDescription, PARTS, Topic, short};
 use crate::components::content::MESH_CONTENT;
-use crate::components::{Camera, Bag, Component, Kind, Material, Record, Render, Scene, Value};
+use crate::components::{Camera, Component, EntityDesc, Kind, Material, Record, Render, Scene, Value};
 
 impl Shot {
     /// What a frame is made from at its own time; `fingerprint` is that of the frame.
     ///
     /// # Errors
     /// The mistakes of the frame.
-    pub fn describe(&mut self, frame: u32, fingerprint: &Outline) -> Result<FrameDescription, Diagnostics> {
+    pub fn describe(&mut self, frame: u32, fingerprint: &Fingerprint) -> Result<FrameDescription, Diagnostics> {
         let scene = self.scene_of(frame)?;
-        let mut facts = Facts { list: Vec::new(), base: &self.input.rest };
+        let mut facts = Facts { list: Vec::new(), base: &self.input.base };
         facts.add(Topic::Frame, "anim", "version", env!("CARGO_PKG_VERSION").into());
         facts.add(Topic::Frame, "anim", "picture version", PICTURES.to_string());
         for (part, digest) in fingerprint.digests() {
@@ -28,7 +28,7 @@ impl Shot {
 struct Facts<'a> {
     list: Vec<Fact>,
     /// Knows the content of the files that a scene names.
-    base: &'a Rest,
+    base: &'a BaseFingerprint,
 }
 
 impl Facts<'_> {
@@ -70,7 +70,14 @@ impl Facts<'_> {
             }
             other => {
                 self.add(Topic::Entity, subject, kind.name(), "there".into());
-                self.record(Topic::Entity, subject, &format!("{}.", kind.name()), other.record(), default.record(), &[]);
+                self.record(
+                    Topic::Entity,
+                    subject,
+                    &format!("{}.", kind.name()),
+                    other.record(),
+                    default.record(),
+                    &[],
+                );
             }
         }
     }
@@ -110,7 +117,7 @@ impl Facts<'_> {
     }
 }
 
-fn material_of(entity: &Bag) -> Option<&str> {
+fn material_of(entity: &EntityDesc) -> Option<&str> {
     match entity.get(Kind::MaterialName) {
         Some(Component::MaterialName(name)) => Some(&name.0),
         _ => None,

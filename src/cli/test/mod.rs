@@ -155,7 +155,10 @@ fn lists(files: &[PathBuf]) -> Result<Vec<GoldenList>, Diagnostics> {
         let path = if path.is_dir() { path.join(GOLDEN_FILE) } else { path.clone() };
         if !path.exists() && (files.is_empty() || path.ends_with(GOLDEN_FILE)) {
             let help = "`anim test --init SCRIPT.rhai` writes one".to_string();
-            return Err(Diagnostic::error(format!("there is no {}", path.display())).help(help).because(Cause::Usage).into());
+            return Err(Diagnostic::error(format!("there is no {}", path.display()))
+                .help(help)
+                .because(Cause::Usage)
+                .into());
         }
         if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("ron")) {
             let help = "a list of golden frames is a golden.ron; --init writes one for scripts";

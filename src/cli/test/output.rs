@@ -96,11 +96,20 @@ fn table(tested: &[Tested], arguments: &TestArguments, page: Option<&str>) {
     tell(arguments, &counted(tested));
     if let Some(page) = page {
         tell(arguments, &format!("see {page}"));
-        tell(arguments, &format!("what is right becomes golden with `{} --accept PATTERN`, or one by one with --review", command(tested)));
+        tell(
+            arguments,
+            &format!(
+                "what is right becomes golden with `{} --accept PATTERN`, or one by one with --review",
+                command(tested)
+            ),
+        );
     }
     let equal = counts(tested).into_iter().any(|(word, _)| word == "equal");
     if equal && page.is_none() && !arguments.render {
-        tell(arguments, &format!("equal ones are rendered each time; `{} --accept` renews what they carry", command(tested)));
+        tell(
+            arguments,
+            &format!("equal ones are rendered each time; `{} --accept` renews what they carry", command(tested)),
+        );
     }
 }
 
@@ -231,7 +240,9 @@ fn within_size(mut items: Vec<ReportItem>) -> Vec<ReportItem> {
     for item in &mut items {
         let bytes = item.picture_bytes();
         if bytes > room {
-            item.leave_out_pictures("its pictures are not shown: the page would grow too large; test fewer with --only");
+            item.leave_out_pictures(
+                "its pictures are not shown: the page would grow too large; test fewer with --only",
+            );
         } else {
             room -= bytes;
         }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use super::results::{GoldenResult, Outcome};
-use super::{Patterns, Tested, TestArguments, shown};
+use super::{Patterns, TestArguments, Tested, shown};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::limits;
 use crate::cli::{diff, frames, progress::Progress, say};
@@ -14,8 +14,8 @@ use crate::compare::judge::{FlipSettings, Judgement, Metric, Slack, Verdict, jud
 use crate::compare::report::{Change, ReportItem};
 use crate::load::golden::{GoldenEntry, GoldenList};
 use crate::output::names::Target;
-use crate::shot::plan::{self, Planned};
-use crate::shot::run::{self, Event, Policy};
+use crate::shot::plan::{self, PlannedFrame};
+use crate::shot::run::{self, Event, ReusePolicy};
 use crate::shot::{self, Overrides, Shot};
 
 /// Folder of new pictures, beside the goldens.
@@ -83,8 +83,7 @@ impl Tester<'_> {
             }
         };
         done.named.extend(wanted.iter().map(|frame| self.file_name(*frame)));
-        let wanted: Vec<u32> =
-            wanted.into_iter().filter(|frame| self.only.matches(&self.entry.name, *frame)).collect();
+        let wanted: Vec<u32> = wanted.into_iter().filter(|frame| self.only.matches(&self.entry.name, *frame)).collect();
         if wanted.is_empty() {
             return Ok(true);
         }
@@ -101,7 +100,7 @@ impl Tester<'_> {
             }
         };
         let planned = std::mem::take(&mut plan.frames);
-        let is_known = |planned: &Planned| {
+        let is_known = |planned: &PlannedFrame| {
             !self.arguments.render && golden::hash_of(&self.golden(planned.frame)) == Some(planned.hash)
         };
         let (known, others): (Vec<_>, Vec<_>) = planned.into_iter().partition(is_known);
@@ -112,7 +111,7 @@ impl Tester<'_> {
             known.iter().map(|planned| self.result(planned.frame, Outcome::Unchanged)).collect();
         for planned in &plan.frames {
             let failed = unrendered.iter().find(|(frame, _)| *frame == planned.frame);
-            let problems = planned.outline.as_ref().err().or(failed.map(|(_, problems)| problems));
+            let problems = planned.fingerprint.as_ref().err().or(failed.map(|(_, problems)| problems));
             results.push(match problems {
                 Some(problems) => self.failed(planned.frame, problems.clone()),
                 None => self.compared(&mut shot, planned)?,
@@ -149,26 +148,26 @@ impl Tester<'_> {
 
     /// Renders what is left of the plan; gives the frames that failed, or `None` if it was interrupted.
     fn render(&self, shot: &mut Shot, plan: &mut plan::Plan) -> Result<Option<Vec<(u32, Diagnostics)>>, Diagnostics> {
-        if plan.frames.iter().all(|planned| planned.outline.is_err()) {
+        if plan.frames.iter().all(|planned| planned.fingerprint.is_err()) {
             return Ok(Some(Vec::new()));
         }
         keep_out_of_git(self.out)?;
         if !self.arguments.render {
-            plan.look(&shot.source);
+            plan.inspect(&shot.source);
         }
         let progress = Progress::new(self.arguments.progress, plan.frames.len());
         let watch = |event: Event| match event {
             Event::Tiles { frame, done, total } => progress.tiles(frame, done, total),
             Event::Written(report) => progress.written(report.frame, &report.file.to_string_lossy()),
         };
-        let policy = Policy { reuse: true, memory: limits::REUSE_MEMORY };
+        let policy = ReusePolicy { reuse: true, memory: limits::REUSE_MEMORY };
         let outcome = run::run(shot, plan, policy, self.cancel, &watch);
         progress.clear();
         let outcome = outcome?;
         Ok((!outcome.cancelled).then_some(outcome.failed))
     }
 
-    fn compared(&self, shot: &mut Shot, planned: &Planned) -> Result<GoldenResult, Diagnostics> {
+    fn compared(&self, shot: &mut Shot, planned: &PlannedFrame) -> Result<GoldenResult, Diagnostics> {
         let new = GoldenPicture::read(&planned.file)?;
         let path = self.golden(planned.frame);
         let mut result = self.result(planned.frame, Outcome::Missing);
@@ -202,7 +201,7 @@ impl Tester<'_> {
         if is_equal && self.arguments.accept.is_none() {
             return Ok(result);
         }
-        let description = planned.outline.as_ref().ok().map(|f| shot.describe(planned.frame, f)).transpose()?;
+        let description = planned.fingerprint.as_ref().ok().map(|f| shot.describe(planned.frame, f)).transpose()?;
         result.description = description.as_ref().map(golden::fitting_text);
         if let (Some(Ok(known)), false) = (&known, is_equal) {
             result.why = why(known, description.as_ref());
@@ -301,7 +300,9 @@ fn why(known: &GoldenPicture, now: Option<&crate::compare::description::FrameDes
     };
     let changes = before.changes(now);
     if changes.is_empty() {
-        return tell("it is made from the same as the golden, by the same version: the golden's pixels were changed, or anim renders otherwise on this machine");
+        return tell(
+            "it is made from the same as the golden, by the same version: the golden's pixels were changed, or anim renders otherwise on this machine",
+        );
     }
     changes
 }

@@ -92,13 +92,7 @@ pub fn ldr(width: u32, reference: &[[f32; 3]], test: &[[f32; 3]], viewing: Viewi
 ///
 /// Both slices hold rows of `width` colours, top row first, and have one length. A pixel of which one picture holds a
 /// number and the other none has the error 1. It matters which picture is the reference only for [`exposures`].
-pub fn hdr(
-    width: u32,
-    reference: &[[f32; 3]],
-    test: &[[f32; 3]],
-    viewing: Viewing,
-    exposures: Exposures,
-) -> ErrorMap {
+pub fn hdr(width: u32, reference: &[[f32; 3]], test: &[[f32; 3]], viewing: Viewing, exposures: Exposures) -> ErrorMap {
     let Exposures { start, stop, count } = exposures;
     let count = count.clamp(1, limits::FLIP_EXPOSURES);
     let step = if count > 1 { (stop - start) / f64::from(count - 1) } else { 0.0 };

@@ -21,10 +21,14 @@ pub fn junit(name: &str, cases: &[JunitCase]) -> String {
     let failures = |cases: &[JunitCase]| cases.iter().filter(|case| case.failure.is_some()).count();
     let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
     let (tests, failed) = (cases.len(), failures(cases));
-    let _ = writeln!(xml, "<testsuites name=\"{}\" tests=\"{tests}\" failures=\"{failed}\" errors=\"0\">", escaped(name));
+    let _ =
+        writeln!(xml, "<testsuites name=\"{}\" tests=\"{tests}\" failures=\"{failed}\" errors=\"0\">", escaped(name));
     for suite in cases.chunk_by(|a, b| a.suite == b.suite) {
         let (of, tests, failed) = (escaped(&suite[0].suite), suite.len(), failures(suite));
-        let _ = writeln!(xml, "  <testsuite name=\"{of}\" tests=\"{tests}\" failures=\"{failed}\" errors=\"0\" skipped=\"0\">");
+        let _ = writeln!(
+            xml,
+            "  <testsuite name=\"{of}\" tests=\"{tests}\" failures=\"{failed}\" errors=\"0\" skipped=\"0\">"
+        );
         for case in suite {
             let start = format!("    <testcase classname=\"{of}\" name=\"{}\"", escaped(&case.name));
             let _ = match &case.failure {

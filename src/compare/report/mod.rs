@@ -86,7 +86,9 @@ impl ReportItem {
         let (list, left_out) = views::views(a, b, judgement);
         self.views = list;
         if left_out > 0 {
-            self.lines.push(format!("{left_out} more channels differ, and are not shown since the page would grow too large"));
+            self.lines.push(format!(
+                "{left_out} more channels differ, and are not shown since the page would grow too large"
+            ));
         }
         self
     }

@@ -4,7 +4,8 @@ use crate::output::{ChannelSamples, ColorEncoding, PictureChannel, PicturePart, 
 
 fn picture(encoding: ColorEncoding, names: &[&str], value: f32) -> LayeredPicture {
     let window = PixelWindow { origin: [0, 0], size: [3, 2] };
-    let channel = |name: &&str| PictureChannel { name: name.to_string(), samples: ChannelSamples::Float(vec![value; 6]) };
+    let channel =
+        |name: &&str| PictureChannel { name: name.to_string(), samples: ChannelSamples::Float(vec![value; 6]) };
     let part = PicturePart { name: None, data_window: window, channels: names.iter().map(channel).collect() };
     LayeredPicture { encoding, display_window: window, parts: vec![part] }
 }

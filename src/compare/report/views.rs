@@ -19,7 +19,11 @@ const MOST_FLOATS: usize = 6 << 20;
 /// What the viewer shows of a pair: its colours, and the channels that differ or that one of them lacks.
 ///
 /// With them comes the number of differing channels that were left out, since the page would grow too large.
-pub fn views(a: Option<&LayeredPicture>, b: Option<&LayeredPicture>, judgement: Option<&Judgement>) -> (Vec<Value>, usize) {
+pub fn views(
+    a: Option<&LayeredPicture>,
+    b: Option<&LayeredPicture>,
+    judgement: Option<&Judgement>,
+) -> (Vec<Value>, usize) {
     let (colors_a, colors_b) = (a.map(color_layers).unwrap_or_default(), b.map(color_layers).unwrap_or_default());
     let mut views = Views { list: Vec::new(), left_out: 0, room: MOST_FLOATS };
     let mut names: Vec<&str> = colors_a.iter().chain(&colors_b).map(|layer| layer.name.as_str()).collect();
@@ -48,7 +52,8 @@ pub fn views(a: Option<&LayeredPicture>, b: Option<&LayeredPicture>, judgement: 
 
 /// Whether a channel is one of a colour's.
 fn belongs(channel: &str, color: &str) -> bool {
-    let last = if color.is_empty() { Some(channel) } else { channel.strip_prefix(color).and_then(|r| r.strip_prefix('.')) };
+    let last =
+        if color.is_empty() { Some(channel) } else { channel.strip_prefix(color).and_then(|r| r.strip_prefix('.')) };
     last.is_some_and(|last| ["R", "G", "B", "Y"].contains(&last))
 }
 
@@ -92,7 +97,10 @@ impl Views {
         let Some(encoding) = a.or(b).map(|layer| layer.encoding) else { return };
         let source = |layer: &ColorLayer| match layer.encoding {
             ColorEncoding::Srgb { bits: 8 } => png(layer.window.size, &PngPixels::Rgb(&bytes(&layer.colors))),
-            _ => floats(layer.window.size, &std::array::from_fn::<_, 3, _>(|c| layer.colors.iter().map(|x| x[c]).collect())),
+            _ => floats(
+                layer.window.size,
+                &std::array::from_fn::<_, 3, _>(|c| layer.colors.iter().map(|x| x[c]).collect()),
+            ),
         };
         let needs = |layer: &ColorLayer| if is_bytes(layer.encoding) { 0 } else { 3 * layer.colors.len() };
         if !self.take(a.map_or(0, needs) + b.map_or(0, needs)) {

@@ -19,8 +19,8 @@ type Failure = (String, Option<String>);
 pub fn load_all(scene: &mut Scene) -> Vec<Problem> {
     let mut known: FxHashMap<PathBuf, Result<Arc<MeshData>, Failure>> = FxHashMap::default();
     let mut problems = Vec::new();
-    for (index, bag) in scene.entities.iter_mut().enumerate() {
-        let Some(Component::Mesh(mesh)) = bag.get(Kind::Mesh) else { continue };
+    for (index, desc) in scene.entities.iter_mut().enumerate() {
+        let Some(Component::Mesh(mesh)) = desc.get(Kind::Mesh) else { continue };
         let Some(file) = &mesh.file else { continue };
         let mut path = component_path(index, Kind::Mesh);
         path.push(key("file"));
@@ -32,7 +32,7 @@ pub fn load_all(scene: &mut Scene) -> Vec<Problem> {
         match known.entry(full.clone()).or_insert_with(|| load(&full).map(Arc::new)) {
             Ok(data) => {
                 let loaded = Mesh { data: data.clone(), ..mesh.clone() };
-                bag.put(loaded.into());
+                desc.put(loaded.into());
             }
             Err((message, help)) => problems.push(Problem::new(path, message.clone()).help(help.clone())),
         }

@@ -8,16 +8,16 @@ use crate::base::limits;
 use crate::components::MeshData;
 
 /// What is kept of one element, whichever it is.
-struct Row {
+struct PlyElement {
     position: Vec3,
     normal: Option<Vec3>,
     uv: Option<Vec2>,
     corners: Vec<i64>,
 }
 
-impl PropertyAccess for Row {
+impl PropertyAccess for PlyElement {
     fn new() -> Self {
-        Row { position: Vec3::ZERO, normal: None, uv: None, corners: Vec::new() }
+        PlyElement { position: Vec3::ZERO, normal: None, uv: None, corners: Vec::new() }
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
@@ -55,7 +55,7 @@ fn indices(property: &Property) -> Vec<i64> {
 
 pub fn parse(bytes: &[u8]) -> Result<MeshData, String> {
     let mut reader = Reader::new(bytes);
-    let parser = Parser::<Row>::new();
+    let parser = Parser::<PlyElement>::new();
     let header = parser.read_header(&mut reader).map_err(|e| e.to_string())?;
     let mut data = MeshData::default();
     for element in header.elements.values() {
