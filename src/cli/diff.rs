@@ -114,7 +114,7 @@ impl DiffArguments {
 }
 
 /// What was found of one name.
-enum Found {
+enum PairResult {
     Pair(Box<Judgement>),
     /// Only one folder has it.
     Only(PathBuf),
@@ -129,7 +129,7 @@ pub fn diff(arguments: DiffArguments) -> Result<Exit, Diagnostics> {
     if a.is_dir() != b.is_dir() {
         return Err(usage("diff compares two pictures or two folders, not one with the other"));
     }
-    let mut run = Run { arguments: &arguments, rule, equal: true, items: Vec::new(), counts: [0; 4] };
+    let mut run = DiffRun { arguments: &arguments, rule, equal: true, items: Vec::new(), counts: [0; 4] };
     if a.is_dir() {
         run.folders(a, b)?;
     } else {
@@ -140,7 +140,7 @@ pub fn diff(arguments: DiffArguments) -> Result<Exit, Diagnostics> {
     Ok(if run.equal { Exit::Done } else { Exit::Differences })
 }
 
-struct Run<'a> {
+struct DiffRun<'a> {
     arguments: &'a DiffArguments,
     rule: Rule,
     equal: bool,
@@ -149,7 +149,7 @@ struct Run<'a> {
     counts: [usize; 4],
 }
 
-impl Run<'_> {
+impl DiffRun<'_> {
     fn folders(&mut self, a: &Path, b: &Path) -> Result<(), Diagnostics> {
         let (in_a, in_b) = (pictures_in(a)?, pictures_in(b)?);
         if in_a.is_empty() && in_b.is_empty() {
@@ -185,7 +185,7 @@ impl Run<'_> {
         self.equal = false;
         self.counts[3] += 1;
         let line = format!("only in {}", folder.display());
-        self.say(name, &Found::Only(folder.to_path_buf()));
+        self.say(name, &PairResult::Only(folder.to_path_buf()));
         if self.arguments.html.is_some() {
             let read = compare::read(&folder.join(name)).ok();
             let is_first = folder == self.arguments.a;
@@ -215,19 +215,19 @@ impl Run<'_> {
             let item = ReportItem { id: name.into(), status, lines, files, ..ReportItem::default() };
             self.items.push(item.with_pictures(Some(&pa), Some(&pb), Some(&judged)));
         }
-        self.say(&b.display().to_string(), &Found::Pair(Box::new(judged)));
+        self.say(&b.display().to_string(), &PairResult::Pair(Box::new(judged)));
         Ok(())
     }
 
-    fn say(&self, name: &str, found: &Found) {
+    fn say(&self, name: &str, found: &PairResult) {
         if self.arguments.json {
             print(&format!("{}\n", line(name, found, self.rule.slack)));
             return;
         }
         match found {
-            Found::Only(folder) => print(&format!("{name}: only in {}\n", folder.display())),
-            Found::Pair(judged) if judged.verdict == Verdict::Different => print(&text(name, judged)),
-            Found::Pair(_) => {}
+            PairResult::Only(folder) => print(&format!("{name}: only in {}\n", folder.display())),
+            PairResult::Pair(judged) if judged.verdict == Verdict::Different => print(&text(name, judged)),
+            PairResult::Pair(_) => {}
         }
     }
 
@@ -291,10 +291,12 @@ fn text(name: &str, judged: &Judgement) -> String {
     text
 }
 
-fn line(name: &str, found: &Found, slack: Slack) -> Value {
+fn line(name: &str, found: &PairResult, slack: Slack) -> Value {
     let judged = match found {
-        Found::Only(folder) => return json!({ "file": name, "result": "missing", "only_in": folder.to_string_lossy() }),
-        Found::Pair(judged) => judged,
+        PairResult::Only(folder) => {
+            return json!({ "file": name, "result": "missing", "only_in": folder.to_string_lossy() });
+        }
+        PairResult::Pair(judged) => judged,
     };
     let result = match judged.verdict {
         Verdict::Equal => "equal",

@@ -17,13 +17,13 @@ pub struct Difference {
 
 /// Squares and extremes of some values, on their way to a [`Difference`].
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Tally {
+pub(super) struct ErrorSums {
     squares: f64,
     count: usize,
     largest: f64,
 }
 
-impl Tally {
+impl ErrorSums {
     /// Takes in a pair of values; gives whether they differ.
     pub(super) fn add(&mut self, a: f64, b: f64) -> bool {
         let apart = apart(a, b);
@@ -33,8 +33,8 @@ impl Tally {
         apart > 0.0
     }
 
-    fn join(self, other: Tally) -> Tally {
-        Tally {
+    fn join(self, other: ErrorSums) -> ErrorSums {
+        ErrorSums {
             squares: self.squares + other.squares,
             count: self.count + other.count,
             largest: self.largest.max(other.largest),
@@ -131,7 +131,7 @@ pub fn compare(a: &LayeredPicture, b: &LayeredPicture) -> Comparison {
     layout.extend(lack(only(&in_a, &in_b), "first"));
     layout.extend(lack(only(&in_b, &in_a), "second"));
     let mut moved: Vec<([PixelWindow; 2], Vec<String>)> = Vec::new();
-    let (mut channels, mut total) = (Vec::new(), Tally::default());
+    let (mut channels, mut total) = (Vec::new(), ErrorSums::default());
     let mut masks: Vec<(PixelWindow, Vec<bool>)> = Vec::new();
     for one in &in_a {
         let Some(other) = find(&in_b, &one.name).map(|i| &in_b[i]) else { continue };
@@ -147,8 +147,8 @@ pub fn compare(a: &LayeredPicture, b: &LayeredPicture) -> Comparison {
             masks.push((window, vec![false; window.pixels()]));
             masks.len() - 1
         });
-        let (tally, found) = compare_channel(one, other, window, &mut masks[at].1);
-        total = total.join(tally);
+        let (sums, found) = compare_channel(one, other, window, &mut masks[at].1);
+        total = total.join(sums);
         channels.push(found);
     }
     layout.extend(moved.into_iter().map(|([a, b], names)| format!("{} covers {b}, not {a}", quoted(&names))));
@@ -167,15 +167,15 @@ fn quoted(names: &[String]) -> String {
     }
 }
 
-fn compare_channel(a: &Placed, b: &Placed, window: PixelWindow, mask: &mut [bool]) -> (Tally, ChannelDifference) {
-    let (mut tally, mut pixels, mut worst, mut most) = (Tally::default(), 0, [0, 0], 0.0);
+fn compare_channel(a: &Placed, b: &Placed, window: PixelWindow, mask: &mut [bool]) -> (ErrorSums, ChannelDifference) {
+    let (mut sums, mut pixels, mut worst, mut most) = (ErrorSums::default(), 0, [0, 0], 0.0);
     let [width, height] = window.size;
     let mut take = |x: u32, y: u32, va: f64, vb: f64| {
-        if tally.add(va, vb) {
+        if sums.add(va, vb) {
             pixels += 1;
             mask[(y * width + x) as usize] = true;
-            if tally.largest > most {
-                (most, worst) = (tally.largest, [x, y]);
+            if sums.largest > most {
+                (most, worst) = (sums.largest, [x, y]);
             }
         }
     };
@@ -192,8 +192,8 @@ fn compare_channel(a: &Placed, b: &Placed, window: PixelWindow, mask: &mut [bool
             }
         }
     }
-    let difference = tally.difference(pixels);
-    (tally, ChannelDifference { name: a.name.clone(), difference, worst })
+    let difference = sums.difference(pixels);
+    (sums, ChannelDifference { name: a.name.clone(), difference, worst })
 }
 
 /// Where a row of the common window starts in a part.

@@ -6,7 +6,7 @@
 
 use rustc_hash::FxHashMap;
 
-use super::report::Change;
+use super::report::SceneChange;
 use crate::base::digest::{Digest, Hasher};
 
 /// How much a description says.
@@ -169,7 +169,7 @@ impl FrameDescription {
     }
 
     /// What is another in `now` than in this one, in the order of the facts; digests of parts only where nothing else is.
-    pub fn changes(&self, now: &FrameDescription) -> Vec<Change> {
+    pub fn changes(&self, now: &FrameDescription) -> Vec<SceneChange> {
         let detail = self.detail.min(now.detail);
         let (before, now) = (self.reduced(detail), now.reduced(detail));
         let (known, there) = (before.subjects(), now.subjects());
@@ -179,10 +179,10 @@ impl FrameDescription {
             let (old, new) = (known.get(&key), there.get(&key));
             match (old, new) {
                 (Some(_), None) if key.0 == Topic::Entity || key.0 == Topic::Material => {
-                    changes.push(Change { what: key.1.clone(), before: Some("there".into()), after: None });
+                    changes.push(SceneChange { what: key.1.clone(), before: Some("there".into()), after: None });
                 }
                 (None, Some(_)) if key.0 == Topic::Entity || key.0 == Topic::Material => {
-                    changes.push(Change { what: key.1.clone(), before: None, after: Some("there".into()) });
+                    changes.push(SceneChange { what: key.1.clone(), before: None, after: Some("there".into()) });
                 }
                 _ => {
                     let list = if key.0 == Topic::Frame && key.1 == PARTS { &mut parts } else { &mut changes };
@@ -213,7 +213,7 @@ fn ordered(
     now: &FrameDescription,
     known: &Subjects,
     there: &Subjects,
-) -> Vec<((Topic, String), Vec<Change>)> {
+) -> Vec<((Topic, String), Vec<SceneChange>)> {
     let mut keys: Vec<(Topic, String)> = Vec::new();
     let mut seen = rustc_hash::FxHashSet::default();
     for fact in before.facts.iter().chain(&now.facts) {
@@ -231,7 +231,7 @@ fn ordered(
     keys.into_iter().map(with_changes).collect()
 }
 
-fn changes_of(subject: &str, old: &[&Fact], new: &[&Fact]) -> Vec<Change> {
+fn changes_of(subject: &str, old: &[&Fact], new: &[&Fact]) -> Vec<SceneChange> {
     let find =
         |facts: &[&Fact], field: &str| facts.iter().find(|fact| fact.field == field).map(|fact| fact.value.clone());
     let mut fields: Vec<&str> = old.iter().chain(new).map(|fact| fact.field.as_str()).collect();
@@ -244,9 +244,9 @@ fn changes_of(subject: &str, old: &[&Fact], new: &[&Fact]) -> Vec<Change> {
         }
         if field.is_empty() {
             // Two digests tell nothing but that they differ.
-            return Some(Change { what: format!("{subject}: something of it"), before: None, after: None });
+            return Some(SceneChange { what: format!("{subject}: something of it"), before: None, after: None });
         }
-        Some(Change { what: format!("{subject}: {field}"), before: before.or(usual()), after: after.or(usual()) })
+        Some(SceneChange { what: format!("{subject}: {field}"), before: before.or(usual()), after: after.or(usual()) })
     };
     fields.into_iter().filter_map(change).collect()
 }
@@ -260,8 +260,8 @@ fn usual() -> Option<String> {
 const LISTED: usize = 8;
 
 /// Many changes of one field are told as one.
-fn grouped(changes: Vec<Change>) -> Vec<Change> {
-    let kind = |change: &Change| match change.what.split_once(": ") {
+fn grouped(changes: Vec<SceneChange>) -> Vec<SceneChange> {
+    let kind = |change: &SceneChange| match change.what.split_once(": ") {
         Some((subject, field)) if subject.starts_with("entity") => format!("entities: {field}"),
         None if change.what.starts_with("entity") && change.before.is_none() => "new entities".to_string(),
         None if change.what.starts_with("entity") => "entities that are gone".to_string(),
@@ -280,7 +280,7 @@ fn grouped(changes: Vec<Change>) -> Vec<Change> {
             out.push(change);
         } else if *so_far == LISTED {
             let what = format!("{kind}, and {} more of the kind", count - (LISTED - 1));
-            out.push(Change { what, before: None, after: None });
+            out.push(SceneChange { what, before: None, after: None });
         }
     }
     out
@@ -320,7 +320,7 @@ mod tests {
     }
 
     fn said(a: &FrameDescription, b: &FrameDescription) -> Vec<String> {
-        a.changes(b).iter().map(Change::to_string).collect()
+        a.changes(b).iter().map(SceneChange::to_string).collect()
     }
 
     #[test]

@@ -16,7 +16,7 @@ pub use comparison::Difference;
 use crate::base::diagnostics::Diagnostic;
 use crate::base::{color, files, limits};
 use crate::output::{ColorEncoding, LayeredPicture, read_layered};
-use comparison::Tally;
+use comparison::ErrorSums;
 
 /// The colours of a picture as they were written: RGB, top row first; 0 to 1 as a PNG has it, linear and of any size as
 /// an EXR has it.
@@ -83,12 +83,12 @@ pub fn difference(a: &Picture, b: &Picture) -> Option<Difference> {
     if (a.width, a.height) != (b.width, b.height) {
         return None;
     }
-    let (mut tally, mut pixels) = (Tally::default(), 0);
+    let (mut sums, mut pixels) = (ErrorSums::default(), 0);
     for (pa, pb) in a.pixels.iter().zip(&b.pixels) {
-        let differing = pa.iter().zip(pb).filter(|(x, y)| tally.add(f64::from(**x), f64::from(**y))).count();
+        let differing = pa.iter().zip(pb).filter(|(x, y)| sums.add(f64::from(**x), f64::from(**y))).count();
         pixels += usize::from(differing > 0);
     }
-    Some(tally.difference(pixels))
+    Some(sums.difference(pixels))
 }
 
 /// Both pictures and eight times their difference, side by side.

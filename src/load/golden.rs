@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 
 use super::ron::options;
-use super::spans::{self, Child, Node};
+use super::spans::{self, SyntaxField, SyntaxNode};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, suggestion};
 use crate::base::{files, limits};
 use crate::components::Integrator;
@@ -91,12 +91,12 @@ fn parse(text: &str, path: &Path) -> Result<GoldenList, Diagnostics> {
         Diagnostics::from(Diagnostic::error(broken.message).at(Place::of_span(&*file, text, broken.at, broken.at + 1)))
     })?;
     let base = path.parent().unwrap_or(Path::new(""));
-    let mut reader = Reader { text, file, base, found: Diagnostics::default() };
+    let mut reader = GoldenListReader { text, file, base, found: Diagnostics::default() };
     let list = reader.list(&tree, path);
     if reader.found.has_errors() { Err(reader.found) } else { Ok(list) }
 }
 
-struct Reader<'a> {
+struct GoldenListReader<'a> {
     text: &'a str,
     file: String,
     /// Folder that paths in the file are relative to.
@@ -104,7 +104,7 @@ struct Reader<'a> {
     found: Diagnostics,
 }
 
-impl Reader<'_> {
+impl GoldenListReader<'_> {
     fn place(&self, (start, end): (usize, usize)) -> Place {
         Place::of_span(&*self.file, self.text, start, end)
     }
@@ -117,7 +117,7 @@ impl Reader<'_> {
         });
     }
 
-    fn list(&mut self, tree: &Node, path: &Path) -> GoldenList {
+    fn list(&mut self, tree: &SyntaxNode, path: &Path) -> GoldenList {
         let known: Vec<&str> = OF_LIST.into_iter().chain(SETTINGS).collect();
         let (mut all, mut nodes) = (GoldenSettings::default(), None);
         let (mut folder, mut pixels_per_degree) = (FOLDER.to_string(), None);
@@ -148,7 +148,7 @@ impl Reader<'_> {
         GoldenList { file: path.to_path_buf(), folder, entries, pixels_per_degree }
     }
 
-    fn entry(&mut self, node: &Node, all: &GoldenSettings) -> Option<GoldenEntry> {
+    fn entry(&mut self, node: &SyntaxNode, all: &GoldenSettings) -> Option<GoldenEntry> {
         let known: Vec<&str> = OF_ENTRY.into_iter().chain(SETTINGS).collect();
         let (mut settings, before) = (all.clone(), self.found.0.len());
         let (mut name, mut script, mut parameters, mut frames) = (None, None, Vec::new(), None);
@@ -179,13 +179,13 @@ impl Reader<'_> {
     }
 
     /// The fields of a struct whose keys are known and there once; the others are reported.
-    fn fields<'n>(&mut self, node: &'n Node, owner: &str, known: &[&str]) -> Vec<&'n Child> {
+    fn fields<'n>(&mut self, node: &'n SyntaxNode, owner: &str, known: &[&str]) -> Vec<&'n SyntaxField> {
         if !self.text[node.start..].starts_with('(') {
             let help = Some("write (entries: [(script: \"show.rhai\")])".to_string());
             self.report((node.start, node.end), format!("{owner} stands in round brackets"), help);
             return Vec::new();
         }
-        let mut good: Vec<&Child> = Vec::new();
+        let mut good: Vec<&SyntaxField> = Vec::new();
         for child in &node.children {
             let Some(key) = child.key.as_deref() else {
                 let help = Some("fields are written `name: value`".to_string());
@@ -209,7 +209,7 @@ impl Reader<'_> {
         good
     }
 
-    fn value<T: DeserializeOwned>(&mut self, child: &Child, expected: &str) -> Option<T> {
+    fn value<T: DeserializeOwned>(&mut self, child: &SyntaxField, expected: &str) -> Option<T> {
         let span = (child.value.start, child.value.end);
         let source = &self.text[span.0..span.1];
         let read = options().from_str::<T>(source).ok();
@@ -221,7 +221,7 @@ impl Reader<'_> {
         read
     }
 
-    fn number(&mut self, child: &Child, least: f64, most: f64) -> Option<f64> {
+    fn number(&mut self, child: &SyntaxField, least: f64, most: f64) -> Option<f64> {
         let expected = format!("a number from {least} to {most}");
         let number: f64 = self.value(child, &expected)?;
         if (least..=most).contains(&number) {
@@ -236,7 +236,7 @@ impl Reader<'_> {
         None
     }
 
-    fn whole(&mut self, child: &Child, most: u32) -> Option<u32> {
+    fn whole(&mut self, child: &SyntaxField, most: u32) -> Option<u32> {
         let expected = format!("a whole number from 1 to {most}");
         let number: u32 = self.value(child, &expected)?;
         if (1..=most).contains(&number) {
@@ -251,7 +251,7 @@ impl Reader<'_> {
         None
     }
 
-    fn setting(&mut self, child: &Child, settings: &mut GoldenSettings) {
+    fn setting(&mut self, child: &SyntaxField, settings: &mut GoldenSettings) {
         let span = (child.value.start, child.value.end);
         match child.key.as_deref().unwrap_or("") {
             "size" => settings.size = self.size(child).or(settings.size),
@@ -276,7 +276,7 @@ impl Reader<'_> {
         }
     }
 
-    fn size(&mut self, child: &Child) -> Option<[u32; 2]> {
+    fn size(&mut self, child: &SyntaxField) -> Option<[u32; 2]> {
         let (width, height): (u32, u32) = self.value(child, "width and height, as in (160, 90)")?;
         let is_good = [width, height].iter().all(|side| (1..=limits::FRAME_SIDE).contains(side));
         if is_good && u64::from(width) * u64::from(height) <= limits::FRAME_PIXELS {
@@ -288,7 +288,7 @@ impl Reader<'_> {
     }
 
     /// A name that is part of a file's, and that patterns can match.
-    fn name(&mut self, child: &Child) -> Option<String> {
+    fn name(&mut self, child: &SyntaxField) -> Option<String> {
         let name: String = self.value(child, "a name in quotes")?;
         let is_plain = |c: char| c.is_alphanumeric() || "-_. ".contains(c);
         if !name.is_empty() && !name.starts_with('.') && name.chars().all(is_plain) {
@@ -299,7 +299,7 @@ impl Reader<'_> {
         None
     }
 
-    fn frames(&mut self, child: &Child) -> Option<String> {
+    fn frames(&mut self, child: &SyntaxField) -> Option<String> {
         let span = (child.value.start, child.value.end);
         // One frame may be given as a number.
         let source = self.text[span.0..span.1].trim();
@@ -309,7 +309,7 @@ impl Reader<'_> {
         self.value(child, "frames in quotes, as in \"1-10,20,30-60x5\"")
     }
 
-    fn parameters(&mut self, child: &Child) -> Vec<(String, String)> {
+    fn parameters(&mut self, child: &SyntaxField) -> Vec<(String, String)> {
         let mut found: Vec<(String, String)> = Vec::new();
         for parameter in &child.value.children {
             let span = (parameter.value.start, parameter.value.end);

@@ -3,7 +3,7 @@
 use std::io::{BufRead, Write};
 
 use super::results::{GoldenResult, Outcome};
-use super::{Patterns, TestArguments, Tested, shown, tell};
+use super::{GoldenPatterns, TestArguments, Tested, shown, tell};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::cli::{print, say, usage};
 use crate::compare::golden::{self, GoldenPicture};
@@ -20,7 +20,7 @@ fn is_open(result: &GoldenResult) -> bool {
 ///
 /// # Errors
 /// A pattern that matches nothing; a file that cannot be written.
-pub fn accept(tested: &mut [Tested], patterns: &Patterns, text: &str) -> Result<(), Diagnostics> {
+pub fn accept(tested: &mut [Tested], patterns: &GoldenPatterns, text: &str) -> Result<(), Diagnostics> {
     let matching = |result: &GoldenResult| patterns.matches(&result.name, result.frame.max(1));
     if !tested.iter().flat_map(|tested| &tested.results).any(matching) {
         let known = tested.iter().flat_map(|tested| &tested.results).map(|result| result.name.as_str());

@@ -18,7 +18,7 @@ use super::render::{parse_threads, with_threads};
 use super::{Exit, exit_code, print, say, usage};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::load::golden::{GOLDEN_FILE, GoldenList, load_golden_list};
-use patterns::Patterns;
+use patterns::GoldenPatterns;
 use results::{GoldenResult, Outcome};
 
 #[derive(clap::Args)]
@@ -102,8 +102,9 @@ struct Tested {
 
 fn test(arguments: &TestArguments) -> Result<Exit, Diagnostics> {
     let lists = lists(&arguments.files)?;
-    let only = Patterns::parse(arguments.only.as_deref().unwrap_or("*")).map_err(|e| usage(format!("--only: {e}")))?;
-    let accepted = arguments.accept.as_deref().map(Patterns::parse).transpose();
+    let only =
+        GoldenPatterns::parse(arguments.only.as_deref().unwrap_or("*")).map_err(|e| usage(format!("--only: {e}")))?;
+    let accepted = arguments.accept.as_deref().map(GoldenPatterns::parse).transpose();
     let accepted = accepted.map_err(|e| usage(format!("--accept: {e}")))?;
     let cancel = super::render::on_interrupt()?;
     let mut tested: Vec<Tested> = Vec::new();

@@ -11,7 +11,7 @@ use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::limits;
 use crate::cli::{note, print, say};
 use crate::compare::flip::Viewing;
-use crate::compare::report::{Change, JunitCase, ReportItem, ReportPage, junit};
+use crate::compare::report::{JunitCase, ReportItem, ReportPage, SceneChange, junit};
 use crate::output::write_atomic;
 
 /// Says and writes all that was asked for.
@@ -145,7 +145,7 @@ fn line(result: &GoldenResult) -> Value {
     })
 }
 
-fn change(change: &Change) -> Value {
+fn change(change: &SceneChange) -> Value {
     json!({ "what": change.what, "before": change.before, "after": change.after })
 }
 

@@ -2,24 +2,24 @@
 
 /// Patterns, of which one must match.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Patterns(Vec<Pattern>);
+pub struct GoldenPatterns(Vec<GoldenPattern>);
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Pattern {
+struct GoldenPattern {
     /// What the name must look like; `*` stands for anything.
     name: String,
     /// First and last frame.
     frames: Option<[u32; 2]>,
 }
 
-impl Patterns {
+impl GoldenPatterns {
     /// Reads patterns.
     ///
     /// # Errors
     /// What is wrong with one of them.
-    pub fn parse(text: &str) -> Result<Patterns, String> {
+    pub fn parse(text: &str) -> Result<GoldenPatterns, String> {
         let patterns = text.split(',').map(|part| pattern(part.trim())).collect::<Result<Vec<_>, _>>()?;
-        Ok(Patterns(patterns))
+        Ok(GoldenPatterns(patterns))
     }
 
     /// Whether a golden is meant, by the name of its entry and its frame.
@@ -36,16 +36,16 @@ impl Patterns {
     }
 }
 
-fn pattern(text: &str) -> Result<Pattern, String> {
+fn pattern(text: &str) -> Result<GoldenPattern, String> {
     if text.is_empty() {
         return Err("a pattern is empty; write show, show.3 or 'show.*'".into());
     }
     let bare = text.strip_suffix(".png").unwrap_or(text);
     let Some((name, last)) = bare.rsplit_once('.') else {
-        return Ok(Pattern { name: bare.to_string(), frames: None });
+        return Ok(GoldenPattern { name: bare.to_string(), frames: None });
     };
     if last == "*" {
-        return Ok(Pattern { name: name.to_string(), frames: None });
+        return Ok(GoldenPattern { name: name.to_string(), frames: None });
     }
     let number = |text: &str| {
         let is_plain = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
@@ -57,9 +57,9 @@ fn pattern(text: &str) -> Result<Pattern, String> {
     };
     match range {
         Some((from, to)) if from > to => Err(format!("`{text}`: the range runs backwards; write {to}-{from}")),
-        Some((from, to)) => Ok(Pattern { name: name.to_string(), frames: Some([from, to]) }),
+        Some((from, to)) => Ok(GoldenPattern { name: name.to_string(), frames: Some([from, to]) }),
         // A name may have a dot in it.
-        None => Ok(Pattern { name: bare.to_string(), frames: None }),
+        None => Ok(GoldenPattern { name: bare.to_string(), frames: None }),
     }
 }
 
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     fn matches(pattern: &str, name: &str, frame: u32) -> bool {
-        Patterns::parse(pattern).unwrap().matches(name, frame)
+        GoldenPatterns::parse(pattern).unwrap().matches(name, frame)
     }
 
     #[test]
@@ -95,8 +95,8 @@ mod tests {
         assert!(matches("show.*", "show", 7) && matches("a,b.2, c", "b", 2) && !matches("a,b.2,c", "b", 1));
         assert!(matches("v1.5", "v1", 5) && matches("v1.x", "v1.x", 5) && matches("*o*w", "show", 1));
         assert!(!matches("sho", "show", 1) && !matches("*x*", "show", 1) && !matches("show*show", "show", 1));
-        assert!(Patterns::parse("").is_err() && Patterns::parse("a,,b").is_err());
-        assert!(Patterns::parse("show.4-2").unwrap_err().contains("2-4"));
-        assert!(Patterns::parse("show.99999999999").unwrap().matches("show.99999999999", 1));
+        assert!(GoldenPatterns::parse("").is_err() && GoldenPatterns::parse("a,,b").is_err());
+        assert!(GoldenPatterns::parse("show.4-2").unwrap_err().contains("2-4"));
+        assert!(GoldenPatterns::parse("show.99999999999").unwrap().matches("show.99999999999", 1));
     }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::base::diagnostics::{Diagnostics, Place};
-use crate::compare::report::{Change, ReportItem};
+use crate::compare::report::{ReportItem, SceneChange};
 
 /// What a test of one golden frame found.
 #[derive(Clone, Debug)]
@@ -63,7 +63,7 @@ pub struct GoldenResult {
     pub lines: Vec<String>,
     /// The numbers of the comparison, if there was one.
     pub numbers: Option<serde_json::Value>,
-    pub why: Vec<Change>,
+    pub why: Vec<SceneChange>,
     /// What the golden says of its making once it is accepted.
     pub description: Option<String>,
     /// Its part of the page; only of what fails.

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use super::results::{GoldenResult, Outcome};
-use super::{Patterns, TestArguments, Tested, shown};
+use super::{GoldenPatterns, TestArguments, Tested, shown};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::limits;
 use crate::cli::{diff, frames, progress::Progress, say};
 use crate::compare::golden::{self, GoldenPicture};
 use crate::compare::judge::{FlipSettings, Judgement, Metric, Slack, Verdict, judge};
-use crate::compare::report::{Change, ReportItem};
+use crate::compare::report::{ReportItem, SceneChange};
 use crate::load::golden::{GoldenEntry, GoldenList};
 use crate::output::names::Target;
 use crate::shot::plan::{self, PlannedFrame};
@@ -40,7 +40,7 @@ pub struct ListRun {
 pub fn run(
     list: &GoldenList,
     out: &Path,
-    only: &Patterns,
+    only: &GoldenPatterns,
     arguments: &TestArguments,
     cancel: &AtomicBool,
 ) -> Result<ListRun, Diagnostics> {
@@ -63,7 +63,7 @@ struct Tester<'a> {
     list: &'a GoldenList,
     entry: &'a GoldenEntry,
     out: &'a Path,
-    only: &'a Patterns,
+    only: &'a GoldenPatterns,
     arguments: &'a TestArguments,
     cancel: &'a AtomicBool,
 }
@@ -293,8 +293,8 @@ fn lines(judged: &Judgement) -> Vec<String> {
 }
 
 /// What the frame is made from now, and the golden was not.
-fn why(known: &GoldenPicture, now: Option<&crate::compare::description::FrameDescription>) -> Vec<Change> {
-    let tell = |what: &str| vec![Change { what: what.into(), before: None, after: None }];
+fn why(known: &GoldenPicture, now: Option<&crate::compare::description::FrameDescription>) -> Vec<SceneChange> {
+    let tell = |what: &str| vec![SceneChange { what: what.into(), before: None, after: None }];
     let (Some(before), Some(now)) = (&known.description, now) else {
         return tell("the golden does not say what it was made from; once it is accepted, it does");
     };

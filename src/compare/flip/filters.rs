@@ -6,13 +6,13 @@ use crate::base::limits;
 
 /// Weights of the filters that blur as the eye does: of the achromatic and the red-green channel, and the two Gaussians
 /// whose sum is that of the blue-yellow channel.
-pub struct Spatial {
+pub struct SpatialFilters {
     pub achromatic: Vec<f64>,
     pub red_green: Vec<f64>,
     pub blue_yellow: [Vec<f64>; 2],
 }
 
-impl Spatial {
+impl SpatialFilters {
     pub fn new(pixels_per_degree: f64) -> Self {
         use std::f64::consts::PI;
         // Amplitude and width of the contrast sensitivity functions (table 1 of the paper), in degrees.
@@ -34,7 +34,7 @@ impl Spatial {
         let [wide, narrow] = BLUE_YELLOW.map(taps);
         let sums = [&wide, &narrow].map(|taps| taps.iter().sum::<f64>());
         let whole = (sums[0] * sums[0] + sums[1] * sums[1]).sqrt();
-        Spatial {
+        SpatialFilters {
             achromatic: single(ACHROMATIC),
             red_green: single(RED_GREEN),
             blue_yellow: [scaled(wide, |_| whole), scaled(narrow, |_| whole)],
@@ -43,13 +43,13 @@ impl Spatial {
 }
 
 /// Weights that find edges and points in the achromatic channel: a Gaussian, its first and its second derivative.
-pub struct Feature {
+pub struct FeatureFilters {
     pub smooth: Vec<f64>,
     pub edge: Vec<f64>,
     pub point: Vec<f64>,
 }
 
-impl Feature {
+impl FeatureFilters {
     pub fn new(pixels_per_degree: f64) -> Self {
         /// Width of a feature in degrees.
         const WIDTH: f64 = 0.082;
@@ -57,7 +57,7 @@ impl Feature {
         let radius = radius(3.0 * deviation);
         let gauss = |x: f64| libm::exp(-x * x / (2.0 * deviation * deviation));
         let taps = |of: &dyn Fn(f64) -> f64| (-radius..=radius).map(|i| of(i as f64)).collect::<Vec<f64>>();
-        Feature {
+        FeatureFilters {
             smooth: scaled(taps(&gauss), |sum| sum),
             edge: balanced(taps(&|x| -x * gauss(x))),
             point: balanced(taps(&|x| (x * x / (deviation * deviation) - 1.0) * gauss(x))),

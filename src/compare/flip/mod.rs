@@ -17,7 +17,7 @@ pub mod magma;
 use rayon::prelude::*;
 
 use color::{DISTANCE_POWER, aces, almost_white, decoded, hyab, largest_distance, perceived, positive};
-use filters::{Feature, Planes, Spatial};
+use filters::{FeatureFilters, Planes, SpatialFilters};
 
 use crate::base::limits;
 
@@ -156,8 +156,8 @@ fn by_bands(
     let bands = Bands {
         reference: pixels(&reference[..count]),
         test: pixels(&test[..count]),
-        spatial: Spatial::new(viewing.pixels_per_degree),
-        feature: Feature::new(viewing.pixels_per_degree),
+        spatial: SpatialFilters::new(viewing.pixels_per_degree),
+        feature: FeatureFilters::new(viewing.pixels_per_degree),
         largest_distance: largest_distance(),
     };
     let height = bands.reference.height();
@@ -172,13 +172,13 @@ fn by_bands(
 struct Bands<'a> {
     reference: Pixels<'a>,
     test: Pixels<'a>,
-    spatial: Spatial,
-    feature: Feature,
+    spatial: SpatialFilters,
+    feature: FeatureFilters,
     largest_distance: f64,
 }
 
 /// What the eye makes of the rows of one band: colours in CIELAB after the Hunt effect, edges and points.
-struct Seen {
+struct PerceivedBand {
     colors: Vec<[f64; 3]>,
     edges: Vec<f64>,
     points: Vec<f64>,
@@ -210,24 +210,24 @@ impl Bands<'_> {
         AT_KNEE + (distance - knee) / (self.largest_distance - knee) * (1.0 - AT_KNEE)
     }
 
-    fn see(&self, pixels: Pixels, rows: Rows, linear: &dyn Fn([f32; 3]) -> [f64; 3]) -> Seen {
+    fn see(&self, pixels: Pixels, rows: Rows, linear: &dyn Fn([f32; 3]) -> [f64; 3]) -> PerceivedBand {
         let reach = self.spatial.achromatic.len().max(self.feature.smooth.len()) / 2;
         let planes = Planes::new(pixels, rows, reach, linear);
         let blurred = |plane: &[f64], taps: &[f64]| planes.columns(&planes.along_rows(plane, taps), taps);
-        let Spatial { achromatic, red_green, blue_yellow: [wide, narrow] } = &self.spatial;
+        let SpatialFilters { achromatic, red_green, blue_yellow: [wide, narrow] } = &self.spatial;
         let [y, cx, cz] = &planes.channels;
         let (light, red) = (blurred(y, achromatic), blurred(cx, red_green));
         let (blue, more_blue) = (blurred(cz, wide), blurred(cz, narrow));
         let colors = (0..light.len()).map(|i| perceived([light[i], red[i], blue[i] + more_blue[i]])).collect();
         let gray: Vec<f64> = y.iter().map(|y| (y + 16.0) / 116.0).collect();
-        let Feature { smooth, edge, point } = &self.feature;
+        let FeatureFilters { smooth, edge, point } = &self.feature;
         let smooth_rows = planes.along_rows(&gray, smooth);
         let strength = |taps: &[f64]| -> Vec<f64> {
             let across = planes.columns(&planes.along_rows(&gray, taps), smooth);
             let down = planes.columns(&smooth_rows, taps);
             across.iter().zip(down).map(|(x, y)| (x * x + y * y).sqrt()).collect()
         };
-        Seen { colors, edges: strength(edge), points: strength(point) }
+        PerceivedBand { colors, edges: strength(edge), points: strength(point) }
     }
 }
 

@@ -45,16 +45,17 @@ pub struct ReportItem {
     pub lines: Vec<String>,
     /// Text that keeps its lines, such as the mistakes of a frame that was not rendered.
     pub message: Option<String>,
-    pub why: Vec<Change>,
+    pub why: Vec<SceneChange>,
     /// Where the two pictures lie.
     pub files: [Option<String>; 2],
     pub is_acceptable: bool,
-    views: Vec<Value>,
+    /// Its pictures, as the viewer takes them; [`ReportItem::with_pictures`] puts them here.
+    pub views: Vec<Value>,
 }
 
 /// Something that is not as it was.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Change {
+pub struct SceneChange {
     /// What it is about: "entity `key`: translation".
     pub what: String,
     /// Its value before; `None` if it was not there.
@@ -63,7 +64,7 @@ pub struct Change {
     pub after: Option<String>,
 }
 
-impl std::fmt::Display for Change {
+impl std::fmt::Display for SceneChange {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.what)?;
         match (&self.before, &self.after) {

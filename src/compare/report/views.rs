@@ -63,11 +63,11 @@ fn differs(judgement: Option<&Judgement>, is_wanted: impl Fn(&str) -> bool) -> b
 }
 
 /// A channel's window and values.
-type Plane = (PixelWindow, Vec<f32>);
+type ChannelPlane = (PixelWindow, Vec<f32>);
 
 /// Every channel of both pictures, by name, in the order of the first.
-fn planes(a: Option<&LayeredPicture>, b: Option<&LayeredPicture>) -> Vec<(String, [Option<Plane>; 2])> {
-    let mut all: Vec<(String, [Option<Plane>; 2])> = Vec::new();
+fn planes(a: Option<&LayeredPicture>, b: Option<&LayeredPicture>) -> Vec<(String, [Option<ChannelPlane>; 2])> {
+    let mut all: Vec<(String, [Option<ChannelPlane>; 2])> = Vec::new();
     for (side, picture) in [a, b].into_iter().enumerate() {
         for part in picture.iter().flat_map(|picture| &picture.parts) {
             let is_single = picture.is_some_and(|picture| picture.parts.len() == 1);
@@ -119,7 +119,7 @@ impl Views {
         }));
     }
 
-    fn plane(&mut self, name: &str, planes: [Option<Plane>; 2]) {
+    fn plane(&mut self, name: &str, planes: [Option<ChannelPlane>; 2]) {
         if !self.take(planes.iter().flatten().map(|(_, values)| values.len()).sum()) {
             return;
         }
