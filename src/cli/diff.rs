@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::{Exit, print, usage};
+use super::{Exit, print, say, usage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::limits;
 use crate::compare::flip::{Exposures, Viewing};
@@ -227,7 +227,17 @@ impl DiffRun<'_> {
         match found {
             PairResult::Only(folder) => print(&format!("{name}: only in {}\n", folder.display())),
             PairResult::Pair(judged) if judged.verdict == Verdict::Different => print(&text(name, judged)),
-            PairResult::Pair(_) => {}
+            PairResult::Pair(judged) => self.warn_of_unjudged(name, judged),
+        }
+    }
+
+    /// FLIP sees colours alone.
+    fn warn_of_unjudged(&self, name: &str, judged: &Judgement) {
+        let unjudged = judged.unjudged_channels();
+        if self.rule.slack.metric == Metric::Flip && !unjudged.is_empty() {
+            let list = unjudged.join("`, `");
+            let message = format!("{name}: `{list}` differ and are not judged: FLIP compares colours");
+            say(&Diagnostic::warning(message).into());
         }
     }
 

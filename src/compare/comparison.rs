@@ -151,7 +151,10 @@ pub fn compare(a: &LayeredPicture, b: &LayeredPicture) -> Comparison {
         total = total.join(sums);
         channels.push(found);
     }
-    layout.extend(moved.into_iter().map(|([a, b], names)| format!("{} covers {b}, not {a}", quoted(&names))));
+    layout.extend(moved.into_iter().map(|([a, b], names)| {
+        let covers = if names.len() == 1 { "covers" } else { "cover" };
+        format!("{} {covers} {b}, not {a}", quoted(&names))
+    }));
     let pixels = masks.iter().map(|(_, mask)| mask.iter().filter(|differs| **differs).count()).sum();
     let compared = masks.iter().map(|(window, _)| window.pixels()).sum();
     Comparison { layout, channels, difference: total.difference(pixels), compared }

@@ -110,7 +110,7 @@ impl FrameDescription {
         }
         let digest = |(topic, subject, hasher): (Topic, String, Hasher)| {
             // Short: there may be a thousand, and each only has to differ from what it was.
-            let value = format!("{:08x}", hasher.finish().0 as u32);
+            let value = format!("{:06x}", hasher.finish().0 as u32 >> 8);
             Fact { topic, subject, field: String::new(), value }
         };
         facts.extend(digests.into_iter().map(digest));
@@ -138,7 +138,8 @@ impl FrameDescription {
             let is_same = before.is_some_and(|b| b.topic == fact.topic && b.subject == fact.subject);
             if !is_same {
                 text.push(fact.topic.letter());
-                text.push_str(&kept(&fact.subject));
+                let is_next = before.is_some_and(|b| next_of(&b.subject).is_some_and(|next| next == fact.subject));
+                text.push_str(&if is_next { NEXT.to_string() } else { kept(&fact.subject) });
             }
             text.push('\t');
             text.push_str(&kept(&fact.field));
@@ -161,6 +162,7 @@ impl FrameDescription {
             let (owner, field, value) = (columns.next()?, columns.next()?, columns.next()?);
             let (topic, subject) = match owner.char_indices().nth(1).map_or(owner.len(), |(at, _)| at) {
                 0 => facts.last().map(|fact| (fact.topic, fact.subject.clone()))?,
+                at if &owner[at..] == NEXT => (Topic::parse(&owner[..at])?, next_of(&facts.last()?.subject)?),
                 at => (Topic::parse(&owner[..at])?, owner[at..].to_string()),
             };
             facts.push(Fact { topic, subject, field: field.to_string(), value: value.to_string() });
@@ -200,6 +202,15 @@ impl FrameDescription {
         }
         subjects
     }
+}
+
+/// Stands for the entity behind the one of the line before: crowds have no names.
+const NEXT: &str = "+";
+
+/// "entity 8" behind "entity 7".
+fn next_of(subject: &str) -> Option<String> {
+    let number: u64 = subject.strip_prefix("entity ")?.parse().ok()?;
+    Some(format!("entity {}", number.checked_add(1)?))
 }
 
 /// The subject of the digests of a frame's parts.
@@ -333,6 +344,9 @@ mod tests {
         for text in ["", "anim frame 1 x\n", "anim frame 1 values\nsomething", "anim frame 1 values\n\ta\tb\n"] {
             assert_eq!(FrameDescription::parse(text), None, "{text}");
         }
+        let crowd = |n: usize| fact(Topic::Entity, &format!("entity {n}"), "sphere", "there");
+        let crowd = FrameDescription { detail: Detail::Values, facts: [1, 2, 3, 9, 10, 10].map(crowd).to_vec() };
+        assert_eq!(FrameDescription::parse(&crowd.to_text()), Some(crowd));
         let odd = FrameDescription { detail: Detail::Values, facts: vec![fact(Topic::Entity, "a\tb", "c\n", "")] };
         assert_eq!(FrameDescription::parse(&odd.to_text()).unwrap().facts[0].subject, "a b");
     }

@@ -119,6 +119,6 @@ mod tests {
             assert!(bytes <= limits::DESCRIPTION_BYTES, "{entities} entities: {bytes} bytes");
             FrameDescription::parse(&text).unwrap().detail
         };
-        assert_eq!([10, 1_000, 50_000].map(detail), [Detail::Values, Detail::Digests, Detail::Parts]);
+        assert_eq!([10, 1_500, 50_000].map(detail), [Detail::Values, Detail::Digests, Detail::Parts]);
     }
 }

@@ -88,6 +88,16 @@ impl Judgement {
         self.flip.iter().map(|flip| flip.mean).reduce(f64::max)
     }
 
+    /// Channels that differ and are part of no colour that FLIP compared.
+    pub fn unjudged_channels(&self) -> Vec<String> {
+        let is_seen = |name: &str| {
+            let (color, last) = name.rsplit_once('.').unwrap_or(("", name));
+            ["R", "G", "B", "Y"].contains(&last) && self.flip.iter().any(|flip| flip.name == color)
+        };
+        let differing = self.comparison.channels.iter().filter(|channel| channel.difference.pixels > 0);
+        differing.map(|channel| channel.name.clone()).filter(|name| !is_seen(name)).collect()
+    }
+
     /// What was found, for people; one line at least.
     pub fn lines(&self) -> Vec<String> {
         let Comparison { layout, difference, compared, .. } = &self.comparison;

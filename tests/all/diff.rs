@@ -35,6 +35,8 @@ fn exr_files_are_compared_with_every_channel() {
     assert_eq!(lacks.code, 1);
     assert!(lacks.stdout.contains("channels `N.X`, `N.Y`, `N.Z`, `Z` only in the first"), "{}", lacks.stdout);
     assert_eq!(sandbox.anim("diff whole.exr colors.exr --metric max --tolerance 1000").code, 1);
+    let flip = sandbox.anim("diff whole.exr other.exr --metric flip --tolerance 1").ok();
+    assert!(flip.stderr.contains("`N.X`") && flip.stderr.contains("are not judged"), "{}", flip.stderr);
     let run = sandbox.anim("diff whole.exr other.exr --json");
     let line = &json(&run.stdout)[0];
     let names: Vec<&str> = line["channels"].as_array().unwrap().iter().map(|c| c["name"].as_str().unwrap()).collect();
