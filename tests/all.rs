@@ -32,5 +32,9 @@ mod testing;
 mod textures;
 #[path = "all/tool.rs"]
 mod tool;
+#[path = "all/trust.rs"]
+mod trust;
 #[path = "all/vectors.rs"]
 mod vectors;
+#[path = "all/version.rs"]
+mod version;

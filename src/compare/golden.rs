@@ -9,7 +9,7 @@ use crate::base::diagnostics::{Cause, Diagnostic};
 use crate::base::digest::Digest;
 use crate::base::{files, limits};
 use crate::output::{
-    LayeredPicture, Metadata, checked_png_metadata, compressed_note_bytes, read_layered, small_png_of, write_atomic,
+    Format, LayeredPicture, Metadata, compressed_note_bytes, read_layered, small_png_of, write_atomic,
 };
 
 /// Keyword of the description of the frame; what a picture says of itself beside it is as a frame's file has it.
@@ -34,7 +34,7 @@ impl GoldenPicture {
         let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
         let cannot = |why: &str| Diagnostic::error(format!("cannot read {}: {why}", path.display())).because(Cause::Io);
         let picture = read_layered(&bytes).map_err(|e| cannot(&e))?;
-        let mut metadata = checked_png_metadata(&bytes).unwrap_or_default();
+        let mut metadata = checked_metadata(&bytes).unwrap_or_default();
         let description = metadata.iter().find(|(keyword, _)| keyword == SCENE);
         let description = description.and_then(|(_, text)| FrameDescription::parse(text));
         metadata.retain(|(keyword, _)| keyword != SCENE);
@@ -42,10 +42,15 @@ impl GoldenPicture {
     }
 }
 
+/// What a picture says of its making, if no byte of it is damaged.
+fn checked_metadata(bytes: &[u8]) -> Option<Metadata> {
+    Format::of_bytes(bytes).and_then(|format| (format.checked_metadata)(bytes))
+}
+
 /// The hash that a golden carries; `None` for a file that is not whole, or was not made by this program.
 pub fn hash_of(path: &Path) -> Option<Digest> {
     let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES).ok()?;
-    let metadata = checked_png_metadata(&bytes)?;
+    let metadata = checked_metadata(&bytes)?;
     metadata.iter().find(|(keyword, _)| keyword == HASH)?.1.parse().ok()
 }
 
@@ -73,7 +78,7 @@ mod tests {
     use crate::compare::description::{Detail, Fact, Topic};
     use crate::components::Render;
     use crate::film::Film;
-    use crate::output::encode_png;
+    use crate::output::formats::FORMATS;
 
     fn crowd(entities: usize) -> FrameDescription {
         let fact = |i: usize| {
@@ -94,7 +99,7 @@ mod tests {
         let at = |name: &str| folder.path().join(name);
         let film = Film { pixels: vec![[0.1, 0.5, 0.9]; 6], ..Film::new(3, 2) };
         let metadata: Metadata = vec![(HASH.into(), Digest(77).to_string()), ("Frame".into(), "3".into())];
-        write_atomic(&at("new.png"), &encode_png(&film, &Render::default(), &metadata).unwrap()).unwrap();
+        write_atomic(&at("new.png"), &(FORMATS[0].encode)(&film, &Render::default(), &metadata).unwrap()).unwrap();
         let new = GoldenPicture::read(&at("new.png")).unwrap();
         assert_eq!(new.description, None);
         let text = fitting_text(&crowd(3));

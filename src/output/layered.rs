@@ -6,8 +6,7 @@ use std::io::Cursor;
 
 use image::ImageReader;
 
-use super::exr::is_exr;
-use super::exr_image::read_exr_parts;
+use super::exr::{EXR, read_exr_parts};
 use crate::base::limits;
 
 /// A rectangle of the plane that pictures lie in: its top left pixel, and its width and height.
@@ -108,7 +107,7 @@ impl ChannelSamples {
 /// # Errors
 /// What is wrong with the file, larger than it may be, or of a kind that is not read.
 pub fn read_layered(bytes: &[u8]) -> Result<LayeredPicture, String> {
-    if is_exr(bytes) {
+    if bytes.starts_with(EXR.signature) {
         let (display_window, parts) = read_exr_parts(bytes)?;
         return Ok(LayeredPicture { encoding: ColorEncoding::Linear, display_window, parts });
     }

@@ -1,31 +1,32 @@
-//! Pictures on disk: PNG and EXR with metadata, names of frames, atomic writes, and what is there already.
+//! Pictures on disk: formats with metadata, names of frames, atomic writes, and what is there already.
 //!
 //! What is written depends on the picture and its making alone: no time stamps, no paths, no machine. A file appears
 //! under its final name only when it is whole, and a [`manifest`] beside it knew of it a moment before.
+//!
+//! [`formats`] holds the table of picture formats; to add one touches that table and a file of its own.
 
-mod attributes;
-mod chunks;
 mod exr;
-mod exr_image;
+pub mod format;
+pub mod formats;
 mod layered;
 pub mod manifest;
+pub mod metadata;
 pub mod names;
 mod png;
 mod small_png;
 mod state;
 
-use std::fs::{File, TryLockError};
-use std::io::Write;
-use std::path::Path;
-
-pub use chunks::checked_metadata as checked_png_metadata;
-pub use exr::{ExrFile, encode_exr, is_exr, read_exr, read_exr_header};
+pub use format::{Decoded, Format, PictureHeader};
 pub use layered::{
     ChannelSamples, ColorEncoding, LayeredPicture, PictureChannel, PicturePart, PixelWindow, read_layered,
 };
-pub use png::{Metadata, encode_png, read_png_metadata, settings_text};
+pub use metadata::{Metadata, Provenance, frame_metadata, provenance_metadata};
 pub use small_png::{PngPixels, compressed_note_bytes, encode_small_png, small_png_of};
-pub use state::{FileState, inspect, provenance_metadata, relabelled};
+pub use state::{FileState, inspect, relabelled};
+
+use std::fs::{File, TryLockError};
+use std::io::Write;
+use std::path::Path;
 
 use crate::base::diagnostics::Diagnostic;
 

@@ -106,7 +106,8 @@ mod tests {
     use super::*;
     use crate::components::Render;
     use crate::film::Film;
-    use crate::output::{encode_png, read_layered, read_png_metadata};
+    use crate::output::png::PNG;
+    use crate::output::read_layered;
 
     #[test]
     fn the_small_file_has_the_same_pixels_and_its_notes() {
@@ -115,12 +116,13 @@ mod tests {
         let text = "transform.translation (1, 2, 3)\n".repeat(100);
         let note = |keyword: &str, text: &str| (keyword.to_string(), text.to_string());
         for bit_depth in [8, 16] {
-            let bytes = encode_png(&film, &Render { bit_depth, ..Render::default() }, &Metadata::new()).unwrap();
+            let bytes = (PNG.encode)(&film, &Render { bit_depth, ..Render::default() }, &Metadata::new()).unwrap();
             let picture = read_layered(&bytes).unwrap();
             let (notes, long) = (vec![note("Frame", "7")], vec![note("Scene", &text)]);
             let small = small_png_of(&picture, &notes, &long).unwrap();
             assert_eq!(read_layered(&small).unwrap(), picture);
-            assert_eq!(read_png_metadata(&small), Some(([40, 30], [notes, long].concat())));
+            let header = (PNG.read_header)(&small).unwrap();
+            assert_eq!((header.size, header.metadata), ([40, 30], [notes, long].concat()));
             assert_eq!(small, small_png_of(&picture, &vec![note("Frame", "7")], &vec![note("Scene", &text)]).unwrap());
         }
         let size = compressed_note_bytes("Scene", &text);

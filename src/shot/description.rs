@@ -1,11 +1,10 @@
 //! A frame as facts for people: what it is made from, by the names that the scene and the script use.
 
 use super::Shot;
-use super::fingerprint::{BaseFingerprint, Fingerprint, INVISIBLE, PICTURES};
+use super::fingerprint::{BaseFingerprint, Fingerprint, PICTURES};
 use crate::base::diagnostics::Diagnostics;
 use crate::compare::description::{Detail, Fact, FrameDescription, PARTS, Topic, short};
-use crate::components::content::MESH_CONTENT;
-use crate::components::{Camera, Component, EntityDesc, Kind, Material, Record, Render, Scene, Value};
+use crate::components::{Camera, Component, EntityDesc, FieldClass, Kind, Material, Record, Render, Scene, Value};
 
 impl Shot {
     /// What a frame is made from at its own time; `fingerprint` is that of the frame.
@@ -37,14 +36,14 @@ impl Facts<'_> {
     }
 
     fn scene(&mut self, scene: &Scene) {
-        self.record(Topic::Scene, "camera", "", &scene.camera, &Camera::default(), &[]);
-        self.record(Topic::Scene, "render", "", &scene.render, &Render::default(), &INVISIBLE);
+        self.record(Topic::Scene, "camera", "", &scene.camera, &Camera::default());
+        self.record(Topic::Scene, "render", "", &scene.render, &Render::default());
         let worn: rustc_hash::FxHashSet<&str> = scene.entities.iter().filter_map(material_of).collect();
         for (name, material) in scene.materials.iter().filter(|(name, _)| worn.contains(&**name)) {
             let subject = format!("material `{name}`");
             // A material without a value of its own is there all the same.
             self.add(Topic::Material, &subject, "name", name.to_string());
-            self.record(Topic::Material, &subject, "", material, &Material::default(), &[]);
+            self.record(Topic::Material, &subject, "", material, &Material::default());
         }
         for (index, entity) in scene.entities.iter().enumerate() {
             let subject = entity.label(index);
@@ -57,42 +56,30 @@ impl Facts<'_> {
     fn component(&mut self, subject: &str, component: &Component) {
         let kind = component.kind();
         let default = kind.default_component();
+        let prefix = format!("{}.", kind.name());
         match component {
             Component::MaterialName(name) => self.add(Topic::Entity, subject, kind.name(), name.0.to_string()),
             // What a transform says is said of the entity, as scripts do.
             Component::Transform(transform) => {
-                self.record(Topic::Entity, subject, "", transform, default.record(), &[]);
+                self.record(Topic::Entity, subject, "", transform, default.record());
             }
             Component::Mesh(mesh) => {
                 let content = format!("{} triangles {}", mesh.data.triangles.len(), short(mesh.data.digest()));
                 self.add(Topic::Entity, subject, kind.name(), content);
-                self.record(Topic::Entity, subject, "mesh.", mesh, default.record(), &MESH_CONTENT);
+                self.record(Topic::Entity, subject, &prefix, mesh, default.record());
             }
             other => {
                 self.add(Topic::Entity, subject, kind.name(), "there".into());
-                self.record(
-                    Topic::Entity,
-                    subject,
-                    &format!("{}.", kind.name()),
-                    other.record(),
-                    default.record(),
-                    &[],
-                );
+                self.record(Topic::Entity, subject, &prefix, other.record(), default.record());
             }
         }
     }
 
-    /// The fields that are not at their defaults.
-    fn record(
-        &mut self,
-        topic: Topic,
-        subject: &str,
-        prefix: &str,
-        record: &dyn Record,
-        default: &dyn Record,
-        without: &[&str],
-    ) {
-        for field in record.fields().iter().filter(|field| !without.contains(field)) {
+    /// The fields that are not at their defaults and show in a picture; data behind them are told by their digest.
+    fn record(&mut self, topic: Topic, subject: &str, prefix: &str, record: &dyn Record, default: &dyn Record) {
+        let is_told = |class: FieldClass| !matches!(class, FieldClass::Invisible | FieldClass::Data);
+        let fields = record.fields().iter().zip(record.classes());
+        for (field, _) in fields.filter(|(_, class)| is_told(**class)) {
             let value = record.get(field).filter(|value| default.get(field).as_ref() != Some(value));
             if let Some(value) = value {
                 self.value(topic, subject, &format!("{prefix}{field}"), &value);

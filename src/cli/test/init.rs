@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use super::shown;
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
-use crate::cli::{Exit, print, say};
+use crate::cli::{AccessArguments, Exit, evaluation, print, say};
 use crate::load::golden::GOLDEN_FILE;
 use crate::output::write_atomic;
-use crate::shot::{self, Overrides};
+use crate::shot::{self, OpenOptions};
 
 /// The longer side of a golden, and its samples, unless the list says otherwise: small files, and quick to render.
 const SIDE: u32 = 160;
@@ -20,7 +20,7 @@ const FRAMES: u32 = 4;
 ///
 /// # Errors
 /// A list that is there already; inputs that are wrong.
-pub fn run(inputs: &[PathBuf]) -> Result<Exit, Diagnostics> {
+pub fn run(inputs: &[PathBuf], access: &AccessArguments) -> Result<Exit, Diagnostics> {
     let inputs = if inputs.is_empty() { scripts_here()? } else { inputs.to_vec() };
     let Some(first) = inputs.first() else {
         let help = "name scripts or scenes: anim test --init show.rhai";
@@ -37,7 +37,8 @@ pub fn run(inputs: &[PathBuf]) -> Result<Exit, Diagnostics> {
     let mut names: Vec<String> = Vec::new();
     let mut count = 0;
     for input in &inputs {
-        let (mut shot, warnings) = shot::open(input, &[], false, Overrides::default())?;
+        let options = OpenOptions { access: access.access(), evaluation: evaluation()?, ..OpenOptions::default() };
+        let (mut shot, warnings) = shot::open_with(input, options)?;
         say(&warnings);
         let frames = spread(shot.frames());
         count += frames.len();

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 use super::progress::Mode;
 use super::render::{parse_threads, with_threads};
-use super::{Exit, exit_code, print, say, usage};
+use super::{AccessArguments, Exit, exit_code, print, say, usage};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::load::golden::{GOLDEN_FILE, GoldenList, load_golden_list};
 use patterns::GoldenPatterns;
@@ -75,6 +75,8 @@ pub struct TestArguments {
     /// Write the results as JUnit XML
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
+    #[command(flatten)]
+    access: AccessArguments,
     /// Worker threads; the pictures do not depend on them [default: one per core]
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     threads: Option<usize>,
@@ -85,7 +87,7 @@ pub struct TestArguments {
 
 pub fn run(arguments: TestArguments) -> Result<Exit, Diagnostics> {
     if arguments.init {
-        return init::run(&arguments.files);
+        return init::run(&arguments.files, &arguments.access);
     }
     with_threads(arguments.threads, || test(&arguments))
 }
@@ -139,12 +141,12 @@ fn test(arguments: &TestArguments) -> Result<Exit, Diagnostics> {
 /// Mistakes of scripts first, then differences.
 fn exit(tested: &[Tested]) -> Exit {
     let results = || tested.iter().flat_map(|tested| &tested.results);
-    let failed = results().find_map(|result| match &result.outcome {
-        Outcome::Failed(problems) => Some(exit_code(problems)),
-        _ => None,
-    });
-    let differs = results().any(|result| result.outcome.fails());
-    failed.unwrap_or(if differs { Exit::Differences } else { Exit::Done })
+    let exit = |result: &GoldenResult| match &result.outcome {
+        Outcome::Failed(problems) => exit_code(problems),
+        outcome if outcome.fails() => Exit::Differences,
+        _ => Exit::Done,
+    };
+    results().map(exit).fold(Exit::Done, Exit::worse)
 }
 
 /// The lists that were named; that of this folder where none was.

@@ -1,6 +1,6 @@
 //! What is said of a test: the table, JSON lines, JUnit, annotations, and the page.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
@@ -115,7 +115,7 @@ fn table(tested: &[Tested], arguments: &TestArguments, page: Option<&str>) {
 
 /// The command that tests the same lists.
 fn command(tested: &[Tested]) -> String {
-    let usual = tested.len() == 1 && tested[0].list.file == PathBuf::from(crate::load::golden::GOLDEN_FILE);
+    let usual = tested.len() == 1 && tested[0].list.file == Path::new(crate::load::golden::GOLDEN_FILE);
     let files = tested.iter().map(|tested| format!(" {}", quoted(&shown(&tested.list.file))));
     if usual { "anim test".into() } else { format!("anim test{}", files.collect::<String>()) }
 }

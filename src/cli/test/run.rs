@@ -8,7 +8,7 @@ use super::results::{GoldenResult, Outcome};
 use super::{GoldenPatterns, TestArguments, Tested, shown};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::limits;
-use crate::cli::{diff, frames, progress::Progress, say};
+use crate::cli::{diff, evaluation, frames, progress::Progress, say};
 use crate::compare::golden::{self, GoldenPicture};
 use crate::compare::judge::{FlipSettings, Judgement, Metric, Slack, Verdict, judge};
 use crate::compare::report::{ReportItem, SceneChange};
@@ -16,7 +16,7 @@ use crate::load::golden::{GoldenEntry, GoldenList};
 use crate::output::names::Target;
 use crate::shot::plan::{self, PlannedFrame};
 use crate::shot::run::{self, Event, ReusePolicy};
-use crate::shot::{self, Overrides, Shot};
+use crate::shot::{self, OpenOptions, Overrides, Shot};
 
 /// Folder of new pictures, beside the goldens.
 pub const NEW: &str = ".new";
@@ -133,7 +133,14 @@ impl Tester<'_> {
             aovs: Some(Vec::new()),
             ..Overrides::default()
         };
-        let (shot, warnings) = shot::open(&self.entry.script, &self.entry.parameters, false, overrides)?;
+        let options = OpenOptions {
+            defines: self.entry.parameters.clone(),
+            strict: false,
+            overrides,
+            access: self.arguments.access.access(),
+            evaluation: evaluation()?,
+        };
+        let (shot, warnings) = shot::open_with(&self.entry.script, options)?;
         say(&warnings);
         let count = shot.frames();
         let frames = match &self.entry.frames {

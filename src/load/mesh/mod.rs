@@ -9,6 +9,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::resolve::{Problem, component_path, key};
+use crate::base::project::FileRole;
 use crate::base::{files, limits};
 use crate::components::*;
 
@@ -20,7 +21,7 @@ pub fn load_all(scene: &mut Scene) -> Vec<Problem> {
     let mut known: FxHashMap<PathBuf, Result<Arc<MeshData>, Failure>> = FxHashMap::default();
     let mut problems = Vec::new();
     for (index, desc) in scene.entities.iter_mut().enumerate() {
-        let Some(Component::Mesh(mesh)) = desc.get(Kind::Mesh) else { continue };
+        let Some(mesh) = desc.component::<Mesh>() else { continue };
         let Some(file) = &mesh.file else { continue };
         let mut path = component_path(index, Kind::Mesh);
         path.push(key("file"));
@@ -28,7 +29,13 @@ pub fn load_all(scene: &mut Scene) -> Vec<Problem> {
             problems.push(Problem::new(path, "a mesh comes from a `file` or has `vertices` and `triangles`, not both"));
             continue;
         }
-        let full = scene.base.join(&**file);
+        let full = match scene.base.find(file, FileRole::Mesh) {
+            Ok(full) => full,
+            Err(refused) => {
+                problems.push(Problem::new(path, refused.message).help(refused.help));
+                continue;
+            }
+        };
         match known.entry(full.clone()).or_insert_with(|| load(&full).map(Arc::new)) {
             Ok(data) => {
                 let loaded = Mesh { data: data.clone(), ..mesh.clone() };

@@ -10,14 +10,13 @@ mod camera;
 mod lexer;
 mod shapes;
 
-use std::path::Path;
-
 use glam::DVec3;
 use lexer::{Lexer, Word};
 use rustc_hash::FxHashMap;
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, Severity, nearest};
 use crate::base::limits;
+use crate::base::project::Folder;
 use crate::components::*;
 use crate::load::image;
 
@@ -39,7 +38,7 @@ struct LightRecord {
 struct NffReader<'a> {
     lexer: Lexer<'a>,
     file: &'a str,
-    base: &'a Path,
+    base: &'a Folder,
     strict: bool,
     scene: Scene,
     lights: Vec<LightRecord>,
@@ -62,14 +61,14 @@ struct Stop;
 ///
 /// # Errors
 /// Data without a sensible reading; with `strict`, all that a tolerant reading would skip.
-pub fn parse(text: &str, file: &str, base: &Path, strict: bool) -> Result<(Scene, Diagnostics), Diagnostics> {
+pub fn parse(text: &str, file: &str, base: &Folder, strict: bool) -> Result<(Scene, Diagnostics), Diagnostics> {
     let render = Render { samples: 1, transfer: Transfer::Linear, ..Render::default() };
     let mut reader = NffReader {
         lexer: Lexer::new(text),
         file,
         base,
         strict,
-        scene: Scene { render, base: base.to_path_buf(), ..Scene::default() },
+        scene: Scene { render, base: base.clone(), ..Scene::default() },
         lights: Vec::new(),
         material: None,
         materials: FxHashMap::default(),
@@ -237,7 +236,7 @@ impl NffReader<'_> {
     fn environment(&mut self) {
         self.p3f = true;
         let Some(name) = self.lexer.next() else { return };
-        match image::read_cube_map(&self.base.join(name.text), false) {
+        match image::read_cube_map(self.base, name.text, false) {
             Ok(_) => self.scene.render.environment = Some(name.text.into()),
             Err(problem) => {
                 let message = format!("no environment: {}; the background colour is used", problem.message);

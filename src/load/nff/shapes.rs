@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 use super::lexer::Word;
 use super::{NffReader, Stop};
 use crate::base::limits;
+use crate::base::project::FileRole;
 use crate::components::*;
 use crate::load::mesh;
 
@@ -186,7 +187,8 @@ impl NffReader<'_> {
 
     pub fn ply(&mut self, word: Word) {
         let Some(name) = self.lexer.next() else { return };
-        match mesh::load(&self.base.join(name.text)) {
+        let found = self.base.find(name.text, FileRole::Mesh).map_err(|refused| (refused.message, refused.help));
+        match found.and_then(|path| mesh::load(&path)) {
             Ok(data) => {
                 self.add(word, Mesh { file: Some(name.text.into()), data: Arc::new(data), smooth: false }, None);
             }

@@ -7,7 +7,8 @@ use proptest::prelude::*;
 use super::*;
 
 fn read(text: &str) -> (Scene, Vec<String>) {
-    let (scene, warnings) = parse(text, "a.nff", Path::new("nowhere"), false).map_err(|d| d.to_string()).unwrap();
+    let (scene, warnings) =
+        parse(text, "a.nff", &Folder::from(Path::new("nowhere")), false).map_err(|d| d.to_string()).unwrap();
     (scene, warnings.0.iter().map(ToString::to_string).filter(|w| !w.contains("no camera")).collect())
 }
 
@@ -23,7 +24,7 @@ fn shape(text: &str) -> Component {
 }
 
 fn fails(text: &str) -> String {
-    parse(text, "a.nff", Path::new("nowhere"), false).map(|_| ()).unwrap_err().to_string()
+    parse(text, "a.nff", &Folder::from(Path::new("nowhere")), false).map(|_| ()).unwrap_err().to_string()
 }
 
 const VIEW: &str = "v\nfrom 0 0 8\nat 0 0 0\nup 0 1 0\nangle 90\nhither 1\nresolution 200 100\n";
@@ -163,7 +164,7 @@ fn what_cannot_be_read_is_skipped_with_its_place() {
         assert_eq!(scene.entities.len(), 1, "{text}");
         assert!(warnings[0].starts_with(place) && warnings[0].contains(words), "{}", warnings[0]);
         if !text.starts_with("env") {
-            assert!(parse(text, "a.nff", Path::new(""), true).is_err(), "{text}");
+            assert!(parse(text, "a.nff", &Folder::from(Path::new("")), true).is_err(), "{text}");
         }
     }
     let (scene, warnings) = read(&VIEW.replace("up", "upp"));
@@ -206,7 +207,7 @@ proptest! {
     #[test]
     fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
         let text = String::from_utf8_lossy(&bytes);
-        let _ = parse(&text, "a.nff", Path::new("nowhere"), false);
+        let _ = parse(&text, "a.nff", &Folder::from(Path::new("nowhere")), false);
     }
 
     #[test]
@@ -216,6 +217,6 @@ proptest! {
             (-5i32..9).prop_map(|i| i.to_string()),
             Just("0.5.5".to_string()), Just("1e308".to_string()), Just("from".to_string()), Just("\n".to_string()),
         ], 0..60)) {
-        let _ = parse(&words.join(" "), "a.nff", Path::new("nowhere"), false);
+        let _ = parse(&words.join(" "), "a.nff", &Folder::from(Path::new("nowhere")), false);
     }
 }

@@ -10,8 +10,8 @@ use ::exr::math::Vec2;
 use ::exr::meta::attribute::Text;
 use ::exr::prelude::{ReadChannels, ReadLayers, read};
 
-use super::exr::read_exr_header;
-use super::layered::{ChannelSamples, PictureChannel, PicturePart, PixelWindow};
+use super::read_header;
+use crate::output::layered::{ChannelSamples, PictureChannel, PicturePart, PixelWindow};
 
 /// Reads what is meant to be shown of the plane, and all parts of an OpenEXR file; every half is a float.
 ///
@@ -19,7 +19,7 @@ use super::layered::{ChannelSamples, PictureChannel, PicturePart, PixelWindow};
 /// What is wrong with the file, larger than it may be, or of a kind that is not read, as deep data are.
 pub fn read_exr_parts(bytes: &[u8]) -> Result<(PixelWindow, Vec<PicturePart>), String> {
     // What a file declares is judged before anything is allocated for it.
-    read_exr_header(bytes)?;
+    read_header(bytes)?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
