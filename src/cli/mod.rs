@@ -6,12 +6,14 @@
 
 mod check;
 mod diff;
+mod film;
 mod frames;
 mod pictures;
 mod plan;
 mod progress;
 mod render;
 mod scenes;
+mod sheet;
 mod test;
 
 use std::ffi::OsString;
@@ -54,6 +56,10 @@ enum Command {
     Check(check::CheckArguments),
     /// Show what rendering would do: which frames are there, which changed and how, what they cost
     Plan(plan::PlanArguments),
+    /// Make a film of a script or of frames: .mp4 .webm .mov .gif .apng .webp .y4m
+    Film(Box<film::FilmArguments>),
+    /// Put many pictures on one: frames of a sequence, several scenes, values of a parameter
+    Sheet(Box<sheet::SheetArguments>),
     /// Write the resolved scene of one frame as RON
     Dump(scenes::DumpArguments),
     /// Write any scene that can be read as RON
@@ -62,16 +68,17 @@ enum Command {
     Diff(diff::DiffArguments),
     /// Test golden frames: render what changed, compare, and show why
     Test(test::TestArguments),
-    /// Show what a picture says of its making
+    /// Show what a picture or a film says of its making
     Info(pictures::InfoArguments),
 }
 
-const COMMANDS: [&str; 9] = ["render", "check", "plan", "dump", "convert", "diff", "test", "info", "help"];
+const COMMANDS: [&str; 11] =
+    ["render", "check", "plan", "film", "sheet", "dump", "convert", "diff", "test", "info", "help"];
 
 /// What an input is and how it is read; shared by the commands that open one.
 #[derive(clap::Args)]
 struct InputArguments {
-    /// A script (.rhai) or a scene (.ron, .nff, .p3f)
+    /// A script (.rhai) or a scene (.ron, .nff, .p3f); for a film also a folder or a pattern of frames
     input: PathBuf,
     /// Give a parameter of the script a value; may be repeated
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]
@@ -84,7 +91,7 @@ struct InputArguments {
 }
 
 /// What inputs may read; shared by all commands that read some.
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone, Default)]
 struct AccessArguments {
     /// The project root: files that a script or scene names are read below it only [default: the nearest folder above
     /// the input with .git, golden.ron or scenes/, or else the input's own]
@@ -168,6 +175,8 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         Command::Render(arguments) => render::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Plan(arguments) => plan::run(&arguments),
+        Command::Film(arguments) => film::run(&arguments),
+        Command::Sheet(arguments) => sheet::run(*arguments),
         Command::Dump(arguments) => scenes::dump(arguments),
         Command::Convert(arguments) => scenes::convert(arguments),
         Command::Diff(arguments) => diff::diff(arguments),

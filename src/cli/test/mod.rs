@@ -14,7 +14,7 @@ mod run;
 use std::path::{Path, PathBuf};
 
 use super::progress::Mode;
-use super::render::{parse_threads, with_threads};
+use super::render::{on_threads, parse_threads};
 use super::{AccessArguments, Exit, exit_code, print, say, usage};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::load::golden::{GOLDEN_FILE, GoldenList, load_golden_list};
@@ -89,7 +89,7 @@ pub fn run(arguments: TestArguments) -> Result<Exit, Diagnostics> {
     if arguments.init {
         return init::run(&arguments.files, &arguments.access);
     }
-    with_threads(arguments.threads, || test(&arguments))
+    on_threads(arguments.threads, || test(&arguments))
 }
 
 /// A list with all that came of it.
