@@ -12,7 +12,7 @@
 //! |---|---|
 //! | [`cli`] | one file per command; raw flags are resolved once, here; the only place that prints |
 //! | [`shot`] | a sequence: its frames as data and as digests, plan, what is kept, shared and copied, run |
-//! | [`compare`] | image metrics, golden frames, difference pictures |
+//! | [`compare`] | image metrics (FLIP), golden frames, reports, the viewer of pictures for pages |
 //! | [`systems`] | plain functions over the hecs World: spawn animate hierarchy lights extract accelerate render |
 //! | [`script`] | Rhai engine and API; time, easing, keyframes; emits edits as data |
 //! | [`load`] | RON, NFF, P3F, OBJ, PLY, images -> one resolved scene, with diagnostics; scenes -> RON |

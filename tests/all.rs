@@ -1,5 +1,7 @@
 //! All integration tests, in one binary.
 
+#[path = "all/diff.rs"]
+mod diff;
 #[path = "all/errors.rs"]
 mod errors;
 #[path = "all/exact.rs"]
@@ -26,6 +28,8 @@ mod photon;
 mod reuse;
 #[path = "all/sequence.rs"]
 mod sequence;
+#[path = "all/testing.rs"]
+mod testing;
 #[path = "all/textures.rs"]
 mod textures;
 #[path = "all/tool.rs"]

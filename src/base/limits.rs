@@ -30,6 +30,8 @@ pub const FRAME_SIDE: u32 = 16_384;
 pub const FRAME_PIXELS: u64 = 1 << 27;
 /// The file of a frame: the pixels above in 16 bits, should they not shrink.
 pub const FRAME_FILE_BYTES: u64 = 4 << 30;
+/// All channels of an EXR file, unpacked: sixty passes of a 4 k picture in floats.
+pub const EXR_BYTES: u64 = 8 << 30;
 /// Emitters with a light group of their own where only their colours change: each adds a film to the frame's memory.
 pub const LIGHT_GROUPS: usize = 16;
 /// Frames of a reuse window, which are looked ahead for objects that change: each has a bit in a word.
@@ -62,6 +64,12 @@ pub const EXPOSURE: f64 = 64.0;
 pub const FILTER_WIDTH: f64 = 16.0;
 /// Frames of one sequence: eleven hours at 24 frames a second.
 pub const FRAMES: u32 = 1_000_000;
+/// What a golden picture may take to say what it was made from, compressed: it must stay a small file.
+pub const DESCRIPTION_BYTES: usize = 8 << 10;
+/// Pictures of one page of a report: what a browser still opens at once.
+pub const REPORT_BYTES: usize = 64 << 20;
+/// Exposures at which FLIP compares two pictures of linear light: twice the stops that a half can hold.
+pub const FLIP_EXPOSURES: u32 = 64;
 /// Worker threads.
 pub const THREADS: usize = 1_024;
 

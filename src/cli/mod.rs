@@ -5,6 +5,7 @@
 //! 5 reading or writing failed, 130 interrupted.
 
 mod check;
+mod diff;
 mod film;
 mod frames;
 mod pictures;
@@ -13,6 +14,7 @@ mod progress;
 mod render;
 mod scenes;
 mod sheet;
+mod test;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -63,12 +65,15 @@ enum Command {
     /// Write any scene that can be read as RON
     Convert(scenes::ConvertArguments),
     /// Compare two pictures, or two folders of them
-    Diff(pictures::DiffArguments),
+    Diff(diff::DiffArguments),
+    /// Test golden frames: render what changed, compare, and show why
+    Test(test::TestArguments),
     /// Show what a picture or a film says of its making
     Info(pictures::InfoArguments),
 }
 
-const COMMANDS: [&str; 10] = ["render", "check", "plan", "film", "sheet", "dump", "convert", "diff", "info", "help"];
+const COMMANDS: [&str; 11] =
+    ["render", "check", "plan", "film", "sheet", "dump", "convert", "diff", "test", "info", "help"];
 
 /// What an input is and how it is read; shared by the commands that open one.
 #[derive(clap::Args)]
@@ -174,7 +179,8 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         Command::Sheet(arguments) => sheet::run(*arguments),
         Command::Dump(arguments) => scenes::dump(arguments),
         Command::Convert(arguments) => scenes::convert(arguments),
-        Command::Diff(arguments) => pictures::diff(arguments),
+        Command::Diff(arguments) => diff::diff(arguments),
+        Command::Test(arguments) => test::run(arguments),
         Command::Info(arguments) => pictures::info(arguments),
     };
     let exit = outcome.unwrap_or_else(|problems| {
@@ -220,6 +226,11 @@ fn say(problems: &Diagnostics) {
         text = text.replace("error: ", "\x1b[1;31merror:\x1b[0m ").replace("warning: ", "\x1b[1;33mwarning:\x1b[0m ");
     }
     // A closed stderr leaves nobody to tell.
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Writes a line to stderr as it is.
+fn note(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 

@@ -70,11 +70,16 @@ impl Progress {
         }
     }
 
-    /// Clears the line and sums up.
-    pub fn end(&self, written: usize, kept: usize, place: &str) {
+    /// Clears the line.
+    pub fn clear(&self) {
         if self.mode == Mode::Auto {
             let _ = write!(std::io::stderr(), "\r\x1b[K");
         }
+    }
+
+    /// Clears the line and sums up.
+    pub fn end(&self, written: usize, kept: usize, place: &str) {
+        self.clear();
         if self.mode != Mode::Json && stderr_is_terminal() {
             let (frames, time) = (plural(written), clock(self.start.elapsed().as_secs_f64()));
             let kept = if kept > 0 { format!(", {kept} kept") } else { String::new() };

@@ -1,59 +1,129 @@
-//! Golden frames: a rendered picture against the one that was blessed.
+//! Golden pictures: small PNG files that carry the hash of the frame that they were, and what it was made from.
 //!
-//! A golden that is missing fails; only blessing writes one. What differs is shown as a picture.
+//! They are never written by a comparison; whoever accepts a picture calls [`write`].
 
 use std::path::Path;
 
-use super::{Picture, difference, difference_picture};
-use crate::output::write_atomic;
+use super::description::FrameDescription;
+use crate::base::diagnostics::{Cause, Diagnostic};
+use crate::base::digest::Digest;
+use crate::base::{files, limits};
+use crate::output::{
+    Format, LayeredPicture, Metadata, compressed_note_bytes, read_layered, small_png_of, write_atomic,
+};
 
-/// Compares the picture file `rendered` with `golden`, to the last bit.
-///
-/// With `bless` the golden becomes the rendered picture. A difference is left as `NAME.diff.png` in `failures`.
+/// Keyword of the description of the frame; what a picture says of itself beside it is as a frame's file has it.
+const SCENE: &str = "Scene";
+const HASH: &str = "Hash";
+
+/// A golden picture, or a new one that may become golden.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GoldenPicture {
+    pub picture: LayeredPicture,
+    /// What it says of its making, without the description.
+    pub metadata: Metadata,
+    pub description: Option<FrameDescription>,
+}
+
+impl GoldenPicture {
+    /// Reads a PNG file.
+    ///
+    /// # Errors
+    /// A file that is missing, too large or not a picture.
+    pub fn read(path: &Path) -> Result<Self, Diagnostic> {
+        let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
+        let cannot = |why: &str| Diagnostic::error(format!("cannot read {}: {why}", path.display())).because(Cause::Io);
+        let picture = read_layered(&bytes).map_err(|e| cannot(&e))?;
+        let mut metadata = checked_metadata(&bytes).unwrap_or_default();
+        let description = metadata.iter().find(|(keyword, _)| keyword == SCENE);
+        let description = description.and_then(|(_, text)| FrameDescription::parse(text));
+        metadata.retain(|(keyword, _)| keyword != SCENE);
+        Ok(GoldenPicture { picture, metadata, description })
+    }
+}
+
+/// What a picture says of its making, if no byte of it is damaged.
+fn checked_metadata(bytes: &[u8]) -> Option<Metadata> {
+    Format::of_bytes(bytes).and_then(|format| (format.checked_metadata)(bytes))
+}
+
+/// The hash that a golden carries; `None` for a file that is not whole, or was not made by this program.
+pub fn hash_of(path: &Path) -> Option<Digest> {
+    let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES).ok()?;
+    let metadata = checked_metadata(&bytes)?;
+    metadata.iter().find(|(keyword, _)| keyword == HASH)?.1.parse().ok()
+}
+
+/// The description of a frame in the best detail that a golden may carry, as text.
+pub fn fitting_text(description: &FrameDescription) -> String {
+    let is_small = |text: &str| compressed_note_bytes(SCENE, text) <= limits::DESCRIPTION_BYTES;
+    let best = description.fitting(is_small);
+    best.to_text()
+}
+
+/// Writes a golden: the pixels of a picture and what it says of its making, with the description of its frame.
 ///
 /// # Errors
-/// What differs, and where to look at it.
-pub fn check(rendered: &Path, golden: &Path, failures: &Path, bless: bool) -> Result<(), String> {
-    let found = Picture::read(rendered).map_err(|d| d.to_string())?;
-    let write = |path: &Path, picture: &Picture| {
-        let bytes = picture.to_png().map_err(|d| d.to_string())?;
-        write_atomic(path, &bytes).map_err(|d| d.to_string())
-    };
-    let known = golden.exists().then(|| Picture::read(golden).map_err(|d| d.to_string())).transpose()?;
-    if known.as_ref() == Some(&found) {
-        return Ok(());
-    }
-    if bless {
-        return write(golden, &found);
-    }
-    let Some(known) = known else { return Err(format!("{} is missing", golden.display())) };
-    let name = golden.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let shown = failures.join(format!("{name}.diff.png"));
-    write(&shown, &difference_picture(&known, &found))?;
-    let how = match difference(&known, &found) {
-        Some(d) => format!("{} pixels, at most {:.4}, RMSE {:.5}", d.pixels, d.largest, d.rmse),
-        None => format!("{}x{} instead of {}x{}", found.width, found.height, known.width, known.height),
-    };
-    Err(format!("{name} differs from its golden: {how}; see {}", shown.display()))
+/// A picture that a golden cannot be; a file that cannot be written.
+pub fn write(path: &Path, picture: &GoldenPicture, description: Option<&str>) -> Result<(), Diagnostic> {
+    let long: Metadata = description.map(|text| (SCENE.to_string(), text.to_string())).into_iter().collect();
+    let bytes = small_png_of(&picture.picture, &picture.metadata, &long)
+        .map_err(|e| Diagnostic::error(format!("{} cannot be a golden picture: {e}", path.display())))?;
+    write_atomic(path, &bytes)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compare::description::{Detail, Fact, Topic};
+    use crate::components::Render;
+    use crate::film::Film;
+    use crate::output::formats::FORMATS;
+
+    fn crowd(entities: usize) -> FrameDescription {
+        let fact = |i: usize| {
+            let number = crate::base::random::mix(i as u64);
+            Fact {
+                topic: Topic::Entity,
+                subject: format!("entity {i}"),
+                field: "translation".into(),
+                value: format!("({}, {})", number % 100_003, number / 7 % 99_991),
+            }
+        };
+        FrameDescription { detail: Detail::Values, facts: (0..entities).map(fact).collect() }
+    }
 
     #[test]
-    fn a_golden_is_never_written_unless_blessed() {
+    fn a_golden_carries_its_hash_and_what_it_was_made_from() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        let picture = |x: u8| Picture { width: 1, height: 1, pixels: vec![[f32::from(x) / 255.0; 3]] };
-        write_atomic(&at("new.png"), &picture(3).to_png().unwrap()).unwrap();
-        let run = |bless| check(&at("new.png"), &at("golden.png"), &at("failures"), bless);
-        assert!(run(false).unwrap_err().contains("is missing"));
-        assert!(!at("golden.png").exists());
-        run(true).unwrap();
-        run(false).unwrap();
-        write_atomic(&at("new.png"), &picture(4).to_png().unwrap()).unwrap();
-        assert!(run(false).unwrap_err().contains("1 pixels"));
-        assert!(at("failures/golden.diff.png").exists());
+        let film = Film { pixels: vec![[0.1, 0.5, 0.9]; 6], ..Film::new(3, 2) };
+        let metadata: Metadata = vec![(HASH.into(), Digest(77).to_string()), ("Frame".into(), "3".into())];
+        write_atomic(&at("new.png"), &(FORMATS[0].encode)(&film, &Render::default(), &metadata).unwrap()).unwrap();
+        let new = GoldenPicture::read(&at("new.png")).unwrap();
+        assert_eq!(new.description, None);
+        let text = fitting_text(&crowd(3));
+        write(&at("golden.png"), &new, Some(&text)).unwrap();
+        let golden = GoldenPicture::read(&at("golden.png")).unwrap();
+        assert_eq!((&golden.picture, &golden.metadata), (&new.picture, &metadata));
+        assert_eq!(golden.description, Some(crowd(3)));
+        assert_eq!(hash_of(&at("golden.png")), Some(Digest(77)));
+        assert_eq!(hash_of(&at("nowhere.png")), None);
+        let mut damaged = std::fs::read(at("golden.png")).unwrap();
+        let middle = damaged.len() / 2;
+        damaged[middle] ^= 1;
+        std::fs::write(at("golden.png"), &damaged).unwrap();
+        assert_eq!(hash_of(&at("golden.png")), None, "a damaged golden vouches for nothing");
+    }
+
+    #[test]
+    fn the_description_is_small_whatever_the_scene() {
+        let detail = |entities: usize| {
+            let text = fitting_text(&crowd(entities));
+            let bytes = compressed_note_bytes(SCENE, &text);
+            assert!(bytes <= limits::DESCRIPTION_BYTES, "{entities} entities: {bytes} bytes");
+            FrameDescription::parse(&text).unwrap().detail
+        };
+        assert_eq!([10, 1_500, 50_000].map(detail), [Detail::Values, Detail::Digests, Detail::Parts]);
     }
 }

@@ -1,52 +1,65 @@
-//! How far two pictures are apart: numbers, a picture of the difference, and golden frames.
+//! How far two pictures are apart: numbers, FLIP, a picture of the difference, and golden frames.
 
+pub mod colors;
+pub mod comparison;
+pub mod description;
+pub mod flip;
 pub mod golden;
+pub mod judge;
+pub mod report;
+pub mod viewer;
 
 use std::path::Path;
 
-use crate::base::diagnostics::Diagnostic;
-use crate::base::{files, limits};
-use crate::output::{Decoded, Format};
+pub use comparison::Difference;
 
-/// A picture as it was written: RGB, top row first; 0 to 1 as a PNG has it, linear and of any size as an EXR has it.
+use crate::base::diagnostics::Diagnostic;
+use crate::base::{color, files, limits};
+use crate::output::{ColorEncoding, LayeredPicture, read_layered};
+use comparison::ErrorSums;
+
+/// The colours of a picture as they were written: RGB, top row first; 0 to 1 as a PNG has it, linear and of any size as
+/// an EXR has it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// In pixels.
     pub width: u32,
-    /// In pixels.
     pub height: u32,
-    /// Top row first.
     pub pixels: Vec<[f32; 3]>,
 }
 
-/// Numbers that say how far two pictures of one size are apart, in the pictures' own units.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Difference {
-    /// Pixels that differ at all.
-    pub pixels: usize,
-    /// Largest difference of one channel.
-    pub largest: f64,
-    /// Root of the mean square over all channels.
-    pub rmse: f64,
-    /// Peak signal to noise ratio in decibels, infinite for equal pictures.
-    pub psnr: f64,
+/// Reads a picture of 8 or 16 bits a channel, or an EXR file, with everything in it.
+///
+/// # Errors
+/// A file that is missing, too large or not a picture.
+pub fn read(path: &Path) -> Result<LayeredPicture, Diagnostic> {
+    let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
+    read_layered(&bytes).map_err(|e| Diagnostic::error(format!("cannot read {}: {e}", path.display())))
 }
 
 impl Picture {
-    /// Reads a picture of a format that anim writes, or another one of 8 or 16 bits a channel.
+    /// Reads the colours of a picture file.
     ///
     /// # Errors
-    /// A file that is missing, too large or not a picture.
+    /// As [`read`]; a file without colours.
     pub fn read(path: &Path) -> Result<Self, Diagnostic> {
-        let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
-        let unreadable = |e: String| Diagnostic::error(format!("cannot read {}: {e}", path.display()));
-        if let Some(format) = Format::of_bytes(&bytes) {
-            let Decoded { size: [width, height], pixels } = (format.decode)(&bytes).map_err(unreadable)?;
-            return Ok(Picture { width, height, pixels });
+        let first = Self::of(&read(path)?);
+        first.ok_or_else(|| Diagnostic::error(format!("cannot read {}: it has no channels R, G and B", path.display())))
+    }
+
+    /// The first colours of a picture file, as they are stored.
+    pub fn of(picture: &LayeredPicture) -> Option<Self> {
+        let layer = colors::color_layers(picture).into_iter().next()?;
+        let [width, height] = layer.window.size;
+        Some(Picture { width, height, pixels: layer.colors })
+    }
+
+    /// The first colours of a picture file, as a screen shows them: linear light along the sRGB curve, cut at white.
+    pub fn shown(picture: &LayeredPicture) -> Option<Self> {
+        let mut colors = Self::of(picture)?;
+        if picture.encoding == ColorEncoding::Linear {
+            colors.pixels.iter_mut().for_each(|pixel| *pixel = pixel.map(color::srgb_encode));
         }
-        let picture = image::load_from_memory(&bytes).map_err(|e| unreadable(e.to_string()))?.to_rgb16();
-        let pixels = picture.pixels().map(|p| p.0.map(|x| f32::from(x) / 65535.0)).collect();
-        Ok(Picture { width: picture.width(), height: picture.height(), pixels })
+        Some(colors)
     }
 
     /// The PNG file of the picture, in 8 bits.
@@ -65,25 +78,17 @@ impl Picture {
     }
 }
 
-/// Compares two pictures; `None` if their sizes differ.
+/// Compares the colours of two pictures; `None` if their sizes differ.
 pub fn difference(a: &Picture, b: &Picture) -> Option<Difference> {
     if (a.width, a.height) != (b.width, b.height) {
         return None;
     }
-    let (mut found, mut squares) = (Difference::default(), 0.0);
+    let (mut sums, mut pixels) = (ErrorSums::default(), 0);
     for (pa, pb) in a.pixels.iter().zip(&b.pixels) {
-        found.pixels += usize::from(pa != pb);
-        for (x, y) in pa.iter().zip(pb) {
-            let apart = if x.to_bits() == y.to_bits() { 0.0 } else { (f64::from(*x) - f64::from(*y)).abs() };
-            // An EXR may hold what is no number.
-            let apart = if apart.is_nan() { f64::INFINITY } else { apart };
-            found.largest = found.largest.max(apart);
-            squares += apart * apart;
-        }
+        let differing = pa.iter().zip(pb).filter(|(x, y)| sums.add(f64::from(**x), f64::from(**y))).count();
+        pixels += usize::from(differing > 0);
     }
-    found.rmse = (squares / (3 * a.pixels.len().max(1)) as f64).sqrt();
-    found.psnr = -20.0 * found.rmse.log10();
-    Some(found)
+    Some(sums.difference(pixels))
 }
 
 /// Both pictures and eight times their difference, side by side.

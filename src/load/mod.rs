@@ -4,6 +4,7 @@
 //! and references as data, and meshes are read. Only when something is wrong is the text looked at again, for the
 //! place of every mistake.
 
+pub mod golden;
 pub mod image;
 pub mod mesh;
 pub mod nff;

@@ -78,12 +78,12 @@ pub fn parse(text: &str) -> Result<SyntaxNode, Broken> {
         reader.blank()?;
     }
     if reader.at == text.len() {
-        return Err(Broken { at: 0, message: "the file is empty; a scene starts with `(`".into() });
+        return Err(Broken { at: 0, message: "the file is empty; it starts with `(`".into() });
     }
     let node = reader.value(0)?;
     reader.blank()?;
     if reader.at < text.len() {
-        return Err(Broken { at: reader.at, message: "nothing may follow the end of the scene".into() });
+        return Err(Broken { at: reader.at, message: "nothing may follow the closing bracket".into() });
     }
     Ok(node)
 }

@@ -9,17 +9,23 @@ mod exr;
 pub mod film;
 pub mod format;
 pub mod formats;
+mod layered;
 pub mod manifest;
 pub mod metadata;
 pub mod names;
 mod png;
 pub mod sheet;
+mod small_png;
 mod state;
 
 pub use film::FilmFormat;
 pub use format::{Decoded, Format, PictureHeader};
+pub use layered::{
+    ChannelSamples, ColorEncoding, LayeredPicture, PictureChannel, PicturePart, PixelWindow, read_layered,
+};
 pub use metadata::{Metadata, Provenance, frame_metadata, provenance_metadata};
 pub use png::encode_rgb8;
+pub use small_png::{PngPixels, compressed_note_bytes, encode_small_png, small_png_of};
 pub use state::{FileState, inspect, relabelled};
 
 use std::fs::{File, TryLockError};

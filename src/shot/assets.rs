@@ -45,7 +45,8 @@ impl Assets {
         }
     }
 
-    fn content(&self, name: &Text) -> Option<Digest> {
+    /// The digest of the file or folder of that name; `None` if there is none.
+    pub fn content(&self, name: &Text) -> Option<Digest> {
         if name.is_empty() {
             return None;
         }

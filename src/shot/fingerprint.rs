@@ -102,6 +102,11 @@ impl Fingerprint {
         self.photons.is_some() && self.photons == other.photons
     }
 
+    /// The parts with their digests.
+    pub fn digests(&self) -> impl Iterator<Item = (FramePart, Digest)> + '_ {
+        FramePart::ALL.into_iter().map(|part| (part, self.parts[part as usize]))
+    }
+
     /// The parts in which two frames differ.
     pub fn changes(&self, before: &Fingerprint) -> Vec<FramePart> {
         FramePart::ALL.into_iter().filter(|part| self.parts[*part as usize] != before.parts[*part as usize]).collect()
@@ -163,6 +168,11 @@ impl BaseFingerprint {
         let Scene { camera, render, .. } = &*self.scene;
         let (camera, render) = (camera.clone(), render.clone());
         BaseFingerprint { scene: Arc::new(Scene { camera, render, ..Scene::default() }), ..self }
+    }
+
+    /// The digest of what a file holds that the scene names so; `None` if the text names none.
+    pub fn content_of(&self, text: &Text) -> Option<Digest> {
+        self.assets.content(text)
     }
 
     /// A file that the scene names and that has changed since it was hashed.

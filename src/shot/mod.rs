@@ -8,6 +8,7 @@
 //! one frame is rendered the one before is encoded and written.
 
 mod assets;
+mod description;
 mod files;
 pub mod fingerprint;
 mod parts;

@@ -1,102 +1,113 @@
-//! Every frame of every show against its golden, to the last bit.
+//! Every frame of every show against its golden, to the last bit, with `anim test` on `tests/golden/golden.ron`.
 //!
-//! `ANIM_BLESS=1 cargo test golden` renews them. What differs is left as a picture in `target/golden`.
+//! What differs is left as a page and as pictures in the test's folder below `target`.
 
-use std::path::PathBuf;
+use std::path::Path;
+use std::process::Command;
 
-use anim::compare::golden;
-
-use crate::tool::Sandbox;
-
-/// Renders all frames of a show, small, and compares each.
-fn show(name: &str, frames: u32, arguments: &str) {
-    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
-    let sandbox = Sandbox::new();
-    let script = root.join("scripts").join(format!("{name}.rhai"));
-    sandbox.anim(&format!("{} --size 64x36 -o frames {arguments}", script.display())).ok();
-    let bless = std::env::var_os("ANIM_BLESS").is_some();
-    let check = |frame: u32| {
-        let file = format!("{name}.{frame:04}.png");
-        let golden = root.join("tests/golden").join(&file);
-        golden::check(&sandbox.path("frames").join(&file), &golden, &root.join("target/golden"), bless).err()
-    };
-    let failures: Vec<String> = (1..=frames).filter_map(check).collect();
-    let first = failures.iter().take(5).cloned().collect::<Vec<_>>().join("\n");
-    assert!(failures.is_empty(), "{} of {frames} frames:\n{first}", failures.len());
-    assert!(!sandbox.exists(&format!("frames/{name}.{:04}.png", frames + 1)));
+/// Renders all frames of a show and compares each.
+fn show(name: &str, frames: u32) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let new = Path::new(env!("CARGO_TARGET_TMPDIR")).join("golden").join(name);
+    let run = Command::new(env!("CARGO_BIN_EXE_anim"))
+        .args(["test", "tests/golden", "--render", "--only", name, "--out"])
+        .arg(&new)
+        .current_dir(root)
+        .output()
+        .unwrap();
+    let (said, errors) = (String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
+    assert!(run.status.success(), "{said}\n{errors}");
+    assert_eq!(said.trim(), format!("{frames} equal"), "{errors}");
 }
 
 #[test]
 fn golden_rackfocus() {
-    show("rackfocus", 48, "--spp 4");
+    show("rackfocus", 48);
 }
 
 #[test]
 fn golden_turntable() {
-    show("turntable", 36, "--spp 4");
+    show("turntable", 36);
 }
 
 #[test]
 fn golden_lights() {
-    show("lights", 48, "--spp 4");
+    show("lights", 48);
 }
 
 #[test]
 fn golden_antialiasing() {
-    show("antialiasing", 8, "");
+    show("antialiasing", 8);
 }
 
 #[test]
 fn golden_boxes() {
-    show("boxes", 24, "--spp 4");
+    show("boxes", 24);
 }
 
 #[test]
 fn golden_bump_and_texture() {
-    show("bump", 24, "--spp 4");
-    show("texture", 24, "-D samples=4");
+    show("bump", 24);
+    show("texture", 24);
 }
 
 #[test]
 fn golden_caustic() {
-    show("caustic", 24, "--spp 4 -D photons=4000");
+    show("caustic", 24);
 }
 
 #[test]
 fn golden_cornell() {
-    show("cornell", 24, "--spp 4");
+    show("cornell", 24);
 }
 
 #[test]
 fn golden_gloss_and_refraction() {
-    show("gloss", 24, "--spp 4");
-    show("refraction", 24, "--spp 4");
+    show("gloss", 24);
+    show("refraction", 24);
 }
 
 #[test]
 fn golden_lens() {
-    show("lens", 24, "--spp 4");
+    show("lens", 24);
 }
 
 #[test]
 fn golden_shutter() {
-    show("shutter", 32, "--spp 4");
+    show("shutter", 32);
 }
 
 /// Shows of what is kept from frame to frame.
 #[test]
 fn golden_mixing_crossing_and_pedestal() {
-    show("mixing", 48, "--spp 4");
-    show("crossing", 48, "--spp 4");
-    show("pedestal", 36, "--spp 4");
+    show("mixing", 48);
+    show("crossing", 48);
+    show("pedestal", 36);
 }
 
 #[test]
 fn golden_softshadows() {
-    show("softshadows", 24, "-D samples=4");
+    show("softshadows", 24);
 }
 
 #[test]
 fn golden_stilllife() {
-    show("stilllife", 24, "--spp 4");
+    show("stilllife", 24);
+}
+
+/// A show that nobody tests, or a golden of a frame that is no more, would go unseen.
+#[test]
+fn every_show_and_every_golden_is_named() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let list = anim::load::golden::load_golden_list(&root.join("tests/golden/golden.ron")).unwrap();
+    let source = include_str!("golden.rs");
+    for entry in &list.entries {
+        assert!(source.contains(&format!("show(\"{}\", ", entry.name)), "no test runs {}", entry.name);
+    }
+    let goldens = std::fs::read_dir(root.join("tests/golden")).unwrap();
+    let names = goldens.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned());
+    for name in names.filter(|name| name.ends_with(".png")) {
+        let show = name.split('.').next().unwrap();
+        assert!(list.entries.iter().any(|entry| entry.name == show), "{name}");
+    }
 }

@@ -4,6 +4,7 @@
 //! compositors look for: `R G B` for the picture, `Z` for depth, `N.X` and so on for what else is asked for.
 
 pub(super) mod header;
+mod parts;
 
 use std::io::Cursor;
 
@@ -19,6 +20,7 @@ use crate::base::limits;
 use crate::components::{Aov, Render};
 use crate::film::Film;
 use header::text_of;
+pub use parts::read_exr_parts;
 
 /// OpenEXR in the table of formats.
 pub const EXR: Format = Format {
@@ -116,10 +118,11 @@ fn read_header(bytes: &[u8]) -> Result<PictureHeader, String> {
     };
     // Files are read whole, all of their parts and channels: what they declare has to be bearable.
     let channels: usize = meta.headers.iter().map(|h| h.channels.list.len()).sum();
-    let pixels: u64 = meta.headers.iter().map(|h| h.layer_size.area() as u64).fold(0, u64::saturating_add);
+    let pixels = meta.headers.iter().map(|h| h.layer_size.area() as u64).max().unwrap_or(0);
     let bytes_of = |h: &::exr::meta::header::Header| h.layer_size.area() as u64 * h.channels.bytes_per_pixel as u64;
     let raw = meta.headers.iter().map(bytes_of).fold(0, u64::saturating_add);
-    if channels > MOST_CHANNELS || pixels > limits::FRAME_PIXELS || raw / MOST_SQUEEZED > bytes.len() as u64 {
+    let is_huge = pixels > limits::FRAME_PIXELS || raw > limits::EXR_BYTES;
+    if channels > MOST_CHANNELS || is_huge || raw / MOST_SQUEEZED > bytes.len() as u64 {
         return Err(format!("it declares {channels} channels of {pixels} pixels in {} bytes", bytes.len()));
     }
     let text = |text: &Text| String::from_utf8_lossy(text.as_slice()).into_owned();
