@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::diagnostics::{Diagnostic, nearest};
 
@@ -42,6 +42,25 @@ pub fn read_text(path: &Path, cap: u64) -> Result<String, Diagnostic> {
     Ok(text.unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned()))
 }
 
+/// A path below a folder whose parts may be written in letters of another case; the first that fits, by name.
+pub fn find_any_case(base: &Path, path: &Path) -> Option<PathBuf> {
+    let mut found = PathBuf::new();
+    for part in path.components() {
+        let exact = found.join(part);
+        if base.join(&exact).exists() {
+            found = exact;
+            continue;
+        }
+        let wanted = part.as_os_str().to_string_lossy().to_lowercase();
+        let folder = base.join(&found);
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };
+        let names = std::fs::read_dir(folder).ok()?.flatten().map(|entry| entry.file_name());
+        let name = names.filter(|name| name.to_string_lossy().to_lowercase() == wanted).min()?;
+        found.push(name);
+    }
+    Some(found)
+}
+
 /// The name in the same folder that is most like the one that is missing.
 pub fn nearest_file(path: &Path) -> Option<String> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -74,5 +93,15 @@ mod tests {
         assert!(said("scene.ron", 4).contains("larger than the limit"));
         assert!(said("", 4).contains("it is a folder"));
         assert_eq!(read_text(&folder.path().join("scene.ron"), 5).unwrap(), "hello");
+    }
+
+    #[test]
+    fn files_are_found_whatever_the_case_of_their_letters() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("Maps")).unwrap();
+        std::fs::write(folder.path().join("Maps/Wood.PNG"), "x").unwrap();
+        let find = |path: &str| find_any_case(folder.path(), Path::new(path));
+        assert_eq!(find("maps/wood.png"), Some(PathBuf::from("Maps/Wood.PNG")));
+        assert_eq!(find("maps/stone.png"), None);
     }
 }

@@ -3,7 +3,7 @@
 //! A record is hashed field by field through [`Record`], so that a field that is added later is covered when it is
 //! declared. Values go in as the bits they are, not as text: reformatting a scene changes nothing.
 
-use super::{Component, Record, Value};
+use super::{Component, Mesh, Record, Value};
 use crate::base::digest::{Digest, Hasher};
 
 impl Value {
@@ -72,8 +72,7 @@ pub fn feed_component(
     hasher.text(component.kind().name());
     match component {
         Component::Mesh(mesh) => {
-            let made_of_data = ["file", "vertices", "triangles", "normals", "uvs"];
-            feed_record(mesh, |field| wanted(field) && !made_of_data.contains(&field), hasher, visit);
+            feed_record(mesh, |field| wanted(field) && !Mesh::DATA_FIELDS.contains(&field), hasher, visit);
             hasher.digest(mesh.data.digest());
         }
         other => feed_record(other.record(), wanted, hasher, visit),

@@ -147,7 +147,7 @@ impl Rest {
         rest.parts = entities.map(|(index, bag)| rest.entity(index, bag)).reduce(Parts::default, with);
         for bag in &scene.entities {
             count(&mut rest.tally, bag, 1);
-            if let Some(index) = worn_by(bag).and_then(|name| rest.materials.get(name)) {
+            for index in worn_by(bag).filter_map(|name| rest.materials.get(name)) {
                 rest.worn[*index] += 1;
             }
         }
@@ -182,10 +182,9 @@ impl Rest {
         let (mut parts, mut tally) = (self.parts, self.tally);
         let mut worn: BTreeMap<usize, i64> = touched.materials.keys().map(|index| (*index, 0)).collect();
         let mut wear = |bag: &Bag, count: i64| {
-            let Some(name) = worn_by(bag) else { return };
             let first = self.scene.materials.len();
-            let added = || touched.added.iter().position(|known| *known == name).map(|i| first + i);
-            if let Some(index) = self.materials.get(name).copied().or_else(added) {
+            let added = |name| touched.added.iter().position(|known| *known == name).map(|i| first + i);
+            for index in worn_by(bag).filter_map(|name| self.materials.get(name).copied().or_else(|| added(name))) {
                 *worn.entry(index).or_default() += count;
             }
         };
@@ -407,11 +406,17 @@ fn is_sum(camera: &Camera, render: &Render) -> bool {
     is_local(render.integrator) && !is_judged && is_instant
 }
 
-fn worn_by(bag: &Bag) -> Option<&str> {
-    match bag.get(Kind::MaterialName) {
-        Some(Component::MaterialName(worn)) => Some(&worn.0),
+/// Names of the materials that an entity wears: its own, and those that the file of its mesh names.
+fn worn_by(bag: &Bag) -> impl Iterator<Item = &str> {
+    let own = match bag.get(Kind::MaterialName) {
+        Some(Component::MaterialName(worn)) => Some(&*worn.0),
         _ => None,
-    }
+    };
+    let mesh = match bag.get(Kind::Mesh) {
+        Some(Component::Mesh(mesh)) => Some(mesh),
+        _ => None,
+    };
+    own.into_iter().chain(mesh.into_iter().flat_map(Mesh::worn).map(|name| &**name))
 }
 
 /// The setting that says how bright it is around the scene, and its value.

@@ -36,18 +36,23 @@ pub fn body(stage: &Stage, index: usize) -> Body {
     let (mut place, mut mesh, mut everywhere): (Option<Place>, _, _) = (None, None, false);
     for component in Kind::ALL.iter().filter_map(|kind| get(&stage.world, entity, *kind)) {
         feed_component(&component, |_| true, &mut hasher, &mut |_, _| {});
-        match &component {
-            Component::MaterialName(worn) => {
-                let number = stage.material_names.get(&worn.0);
-                let material = number.and_then(|i| stage.world.get::<&Material>(stage.materials[*i]).ok());
-                let Some(material) = material else {
-                    everywhere = true;
-                    continue;
-                };
-                everywhere |= shines(&material);
+        // Whether it wears a material that shines, or that is not there.
+        let mut wear = |name: &Text| {
+            let number = stage.material_names.get(name);
+            let material = number.and_then(|i| stage.world.get::<&Material>(stage.materials[*i]).ok());
+            material.is_none_or(|material| {
                 feed_record(&*material, |_| true, &mut hasher, &mut |_, _| {});
+                shines(&material)
+            })
+        };
+        match &component {
+            Component::MaterialName(worn) => everywhere |= wear(&worn.0),
+            Component::Mesh(shape) => {
+                mesh = shape.pieces().first().map(|piece| Arc::as_ptr(&piece.data) as usize);
+                for name in shape.worn().filter(|name| stage.material_names.contains_key(*name)) {
+                    everywhere |= wear(name);
+                }
             }
-            Component::Mesh(shape) => mesh = Some(Arc::as_ptr(&shape.data) as usize),
             Component::Plane(_) | Component::PointLight(_) | Component::AreaLight(_) | Component::Motion(_) => {
                 everywhere = true;
             }

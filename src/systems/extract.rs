@@ -76,8 +76,8 @@ struct Extraction<'a> {
     world: &'a World,
     /// Material number and visible sides by material index; the last entry is the default material's.
     sides: Vec<bool>,
-    /// How many live entities use each mesh.
-    uses: FxHashMap<*const MeshData, u32>,
+    /// Each piece of a mesh, held until it is in the columns, and how many live entities use it.
+    uses: FxHashMap<*const MeshData, (Arc<MeshData>, u32)>,
     geometry: Geometry,
 }
 
@@ -122,9 +122,11 @@ impl<'a> Extraction<'a> {
     fn new(stage: &'a Stage) -> Self {
         let of = |e: &hecs::Entity| stage.world.get::<&Material>(*e).map(|m| shows_both_sides(&m)).unwrap_or(true);
         let sides = stage.materials.iter().map(of).chain([true]).collect();
-        let mut uses = FxHashMap::default();
+        let mut uses: FxHashMap<_, (Arc<MeshData>, u32)> = FxHashMap::default();
         for mesh in stage.world.query::<&Mesh>().without::<&Absent>().iter() {
-            *uses.entry(Arc::as_ptr(&mesh.data)).or_default() += 1;
+            for piece in mesh.pieces().iter() {
+                uses.entry(Arc::as_ptr(&piece.data)).or_insert_with(|| (piece.data.clone(), 0)).1 += 1;
+            }
         }
         Extraction { stage, world: &stage.world, sides, uses, geometry: Geometry::default() }
     }
@@ -205,30 +207,37 @@ impl<'a> Extraction<'a> {
     }
 
     fn mesh(&mut self, row: &Row<Mesh>) {
-        let data = &row.shape.data;
-        let smooth = row.shape.smooth || !data.normals.is_empty();
-        let shared = self.uses.get(&Arc::as_ptr(data)).is_some_and(|uses| *uses > 1);
-        if data.triangles.len() < FEW_TRIANGLES {
-            self.few_triangles(row, smooth);
-        } else if shared {
-            self.geometry.push_instance(row.tag(false), data, smooth, &row.map);
-        } else {
-            self.geometry.push_mesh(row.tag(false), data, smooth, &row.map);
+        for piece in row.shape.pieces().iter() {
+            let Row { order, map, .. } = *row;
+            let own = piece.material.as_ref().and_then(|name| self.stage.material_names.get(name));
+            let material = own.map_or(row.material, |index| *index as u32);
+            let both_sides = self.sides[material as usize];
+            let row = Row { order, shape: piece, map, material, both_sides };
+            let data = &piece.data;
+            let shared = self.uses.get(&Arc::as_ptr(data)).is_some_and(|(_, uses)| *uses > 1);
+            if data.triangles.len() < FEW_TRIANGLES && data.colors.is_empty() {
+                self.few_triangles(&row);
+            } else if shared {
+                self.geometry.push_instance(row.tag(false), data, piece.smooth, &row.map);
+            } else {
+                self.geometry.push_mesh(row.tag(false), data, piece.smooth, &row.map);
+            }
         }
     }
 
-    fn few_triangles(&mut self, row: &Row<Mesh>, smooth: bool) {
+    fn few_triangles(&mut self, row: &Row<Piece>) {
         let data = &row.shape.data;
         let points: Vec<Vec3> = data.vertices.iter().map(|v| row.point(v.as_dvec3())).collect();
-        let normals = if smooth { data.shading_normals() } else { &[] };
+        let normals = if row.shape.smooth { data.shading_normals() } else { &[] };
         let normals: Vec<Vec3> = normals.iter().map(|n| row.normal(n.as_dvec3())).collect();
         let order = if row.mirrored() { [0, 2, 1] } else { [0, 1, 2] };
         for triangle in &data.triangles {
             let at = order.map(|i| triangle[i] as usize);
             let shading = (!normals.is_empty()).then(|| at.map(|i| normals[i]));
             self.geometry.push_triangle(row.tag(false), at.map(|i| points[i]), shading);
-            if !data.uvs.is_empty() {
-                self.geometry.texture_triangle(at.map(|i| data.uvs[i]));
+            let uvs = at.map(|i| data.uvs.get(i).copied().unwrap_or(MeshData::NO_UV));
+            if !uvs.contains(&MeshData::NO_UV) {
+                self.geometry.texture_triangle(uvs);
             }
         }
     }

@@ -1,7 +1,5 @@
 //! World -> the textures that entities wear, and where each entity's local space stands.
 
-use std::sync::Arc;
-
 use glam::{DAffine3, Vec3};
 use rustc_hash::FxHashMap;
 
@@ -83,17 +81,20 @@ pub fn skins(stage: &mut Stage) -> Result<Skins, Diagnostics> {
     type Parts<'q> =
         (&'q Order, Option<&'q Texture>, Option<&'q MaterialName>, Option<&'q Placement>, Option<&'q Mesh>);
     let textured = of_material.iter().any(Option::is_some);
-    if !textured && stage.world.query::<&Texture>().iter().next().is_none() {
-        return Ok(skins);
-    }
     let mut query = stage.world.query::<Parts>().without::<&Absent>();
-    let mut found: Vec<_> = query.iter().filter(|(_, texture, ..)| textured || texture.is_some()).collect();
+    let colored = |mesh: &Option<&Mesh>| mesh.is_some_and(|mesh| !mesh.data.colors.is_empty());
+    let matters = |(_, texture, _, _, mesh): &<Parts as hecs::Query>::Item<'_>| {
+        textured || texture.is_some() || colored(mesh)
+    };
+    let mut found: Vec<_> = query.iter().filter(matters).collect();
     found.sort_by_key(|(order, ..)| **order);
+    let default = stage.materials.len();
     // Entities that are textured alike share what they wear.
     let mut own: FxHashMap<(Option<usize>, String), u32> = FxHashMap::default();
+    let mut bare: Option<u32> = None;
     for (order, texture, worn, placement, mesh) in found {
-        let material = worn.and_then(|name| stage.material_names.get(&name.0).copied());
-        let dress = match texture {
+        let of_entity = worn.and_then(|name| stage.material_names.get(&name.0).copied());
+        let mut dress_of = |skins: &mut Skins, material: Option<usize>| match texture {
             None => material.and_then(|i| of_material[i]),
             Some(texture) => Some(*own.entry((material, format!("{texture:?}"))).or_insert_with(|| {
                 let mut dress = material.map_or_else(Dress::default, |i| dresses[i].clone());
@@ -101,8 +102,23 @@ pub fn skins(stage: &mut Stage) -> Result<Skins, Diagnostics> {
                 skins.add(dress)
             })),
         };
-        if let Some(dress) = dress {
-            skins.put(order.0, frame(placement, mesh), dress);
+        let pieces = mesh.map(Mesh::pieces);
+        let of_piece = |piece: &Piece| {
+            let own = piece.material.as_ref().and_then(|name| stage.material_names.get(name).copied());
+            own.or(of_entity)
+        };
+        let whole = pieces.is_none().then_some(of_entity);
+        let materials = pieces.iter().flat_map(|pieces| pieces.iter().map(of_piece)).chain(whole);
+        let colored = colored(&mesh);
+        let mut frame_of_entity = None;
+        for material in materials {
+            let dress = match dress_of(&mut skins, material) {
+                Some(dress) => dress,
+                None if colored => *bare.get_or_insert_with(|| skins.add(Dress::default())),
+                None => continue,
+            };
+            let frame = frame_of_entity.get_or_insert_with(|| frame(placement, mesh));
+            skins.put(order.0, material.unwrap_or(default) as u32, frame, colored, dress);
         }
     }
     Ok(skins)
@@ -111,7 +127,10 @@ pub fn skins(stage: &mut Stage) -> Result<Skins, Diagnostics> {
 /// The local space of an entity, as `extract` has it.
 fn frame(placement: Option<&Placement>, mesh: Option<&Mesh>) -> Frame {
     let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
-    let bare = mesh.filter(|mesh| mesh.data.uvs.is_empty());
-    let center = bare.map(|mesh: &Mesh| -> Vec3 { Bounds::around(&Arc::clone(&mesh.data).vertices).center() });
+    let bare = mesh.filter(|mesh| mesh.data.lacks_uvs());
+    let center = bare.map(|mesh: &Mesh| -> Vec3 {
+        let pieces = mesh.pieces();
+        pieces.iter().map(|piece| Bounds::around(&piece.data.vertices)).fold(Bounds::default(), Bounds::union).center()
+    });
     Frame { map: Map::new(&map), center }
 }

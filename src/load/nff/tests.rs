@@ -64,19 +64,6 @@ fn the_shapes() {
 }
 
 #[test]
-fn a_concave_polygon_keeps_its_area_and_its_front() {
-    // An L of area 3, in a tilted plane.
-    let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
-    let points: Vec<DVec3> = corners.iter().map(|[x, y]| DVec3::new(*x, *y, x + 2.0 * y)).collect();
-    let sum: DVec3 = shapes::triangulate(&points)
-        .into_iter()
-        .map(|t| t.map(|i| points[i as usize]))
-        .map(|[a, b, c]| (b - a).cross(c - a) / 2.0)
-        .sum();
-    assert!((sum - DVec3::new(-1.0, -2.0, 1.0) * 3.0).length() < 1e-9, "{sum}");
-}
-
-#[test]
 fn p3f_lens_and_materials() {
     let text = format!(
         "bclr 0 0 0\n{VIEW}aperture 10\nfocal 1.5\nspp 17\naccel 1\nf 1 0 0 1 0 1 0 0.5 9 0.5 1.5 0.25\ns 0 0 0 1"

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, Mat3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, Mat3, Vec2, Vec3, Vec4};
 
 use super::solid::Map;
 use super::{Bounds, Tag};
@@ -64,6 +64,12 @@ impl Part {
         Some(if self.mirrored { [a, c, b] } else { [a, b, c] })
     }
 
+    /// Colour at weights of the second and third corner.
+    pub fn color(&self, triangle: u32, u: f32, v: f32) -> Vec4 {
+        let (u, v) = if self.mirrored { (v, u) } else { (u, v) };
+        mixed_color(&self.mesh, triangle, u, v)
+    }
+
     /// Direction of the shading normal at weights of the second and third corner; any length.
     pub fn shading_normal(&self, triangle: u32, u: f32, v: f32) -> Option<Vec3> {
         let (u, v) = if self.mirrored { (v, u) } else { (u, v) };
@@ -76,7 +82,17 @@ impl Part {
 }
 
 fn corner_uvs(mesh: &MeshData, triangle: u32) -> Option<[Vec2; 3]> {
-    (!mesh.uvs.is_empty()).then(|| mesh.triangles[triangle as usize].map(|i| mesh.uvs[i as usize]))
+    let uvs = (!mesh.uvs.is_empty()).then(|| mesh.triangles[triangle as usize].map(|i| mesh.uvs[i as usize]));
+    uvs.filter(|uvs| !uvs.contains(&MeshData::NO_UV))
+}
+
+/// The colour that the vertices of a triangle give a point of it; white if they have none.
+fn mixed_color(mesh: &MeshData, triangle: u32, u: f32, v: f32) -> Vec4 {
+    if mesh.colors.is_empty() {
+        return Vec4::ONE;
+    }
+    let [a, b, c] = mesh.triangles[triangle as usize].map(|i| mesh.colors[i as usize]);
+    a * (1.0 - u - v) + b * u + c * v
 }
 
 fn mixed_normal(mesh: &MeshData, triangle: u32, u: f32, v: f32) -> Vec3 {
@@ -112,6 +128,11 @@ impl Model {
     /// As [`Part::uvs`].
     pub fn uvs(&self, triangle: u32) -> Option<[Vec2; 3]> {
         corner_uvs(&self.mesh, triangle)
+    }
+
+    /// As [`Part::color`].
+    pub fn color(&self, triangle: u32, u: f32, v: f32) -> Vec4 {
+        mixed_color(&self.mesh, triangle, u, v)
     }
 
     /// As [`Part::shading_normal`], in local space.

@@ -3,7 +3,7 @@
 //! What is what on each shape stands with the shapes in [`crate::components`]. All are functions of the point in local
 //! space, so that a texture keeps its place on an entity that moves, turns or is stretched.
 
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
 use super::solid::Solid;
 use super::{Geometry, Kind, Map};
@@ -68,6 +68,21 @@ impl Geometry {
             }
         };
         found.carried(map, surface)
+    }
+
+    /// The colour that the vertices of a mesh give the point of a hit: red, green, blue, and alpha.
+    pub fn vertex_color(&self, hit: &Hit) -> Vec4 {
+        match self.kind_of(hit.primitive) {
+            Kind::MeshTriangle => {
+                let part = self.part_of(hit.primitive);
+                part.color(hit.primitive - part.first, hit.u, hit.v)
+            }
+            Kind::Instance => {
+                let instance = self.instance(hit.primitive);
+                self.models[instance.model as usize].color(hit.element, hit.u, hit.v)
+            }
+            Kind::Sphere | Kind::Triangle | Kind::Box | Kind::Cone | Kind::Placed | Kind::Plane => Vec4::ONE,
+        }
     }
 
     /// Corners of the triangle that was met, and their texture coordinates; those of an instance in local space.

@@ -186,8 +186,21 @@ struct Skin {
     frame: Frame,
     /// World units per local unit, on the whole.
     unit: f32,
-    /// Index of the dress.
-    dress: u32,
+    /// Whether the vertices of its mesh have colours.
+    colored: bool,
+    /// Number of a material, and index of the dress that goes with it.
+    first: [u32; 2],
+    /// As `first`, for entities that wear several materials.
+    others: Vec<[u32; 2]>,
+}
+
+impl Skin {
+    /// Index of the dress that goes with a material.
+    #[inline]
+    fn dress(&self, material: u32) -> Option<u32> {
+        let mut all = std::iter::once(&self.first).chain(&self.others);
+        all.find(|[known, _]| *known == material).map(|[_, dress]| *dress)
+    }
 }
 
 /// Who wears what.
@@ -221,15 +234,22 @@ impl Skins {
         self.dresses.len() as u32 - 1
     }
 
-    /// Puts a dress on an entity that stands in a frame.
-    pub fn put(&mut self, entity: u32, frame: Frame, dress: u32) {
+    /// Puts a dress on an entity that stands in a frame, where it is made of a material; `colored` says whether the
+    /// vertices of its mesh have colours.
+    pub fn put(&mut self, entity: u32, material: u32, frame: &Frame, colored: bool, dress: u32) {
         let at = entity as usize;
         if self.by_entity.len() <= at {
             self.by_entity.resize(at + 1, BARE);
         }
+        if let Some(skin) = self.skins.get_mut(self.by_entity[at] as usize) {
+            if skin.dress(material).is_none() {
+                skin.others.push([material, dress]);
+            }
+            return;
+        }
         self.by_entity[at] = self.skins.len() as u32;
         let unit = libm::cbrtf(frame.map.to_world.determinant().abs());
-        self.skins.push(Skin { frame, unit, dress });
+        self.skins.push(Skin { frame: *frame, unit, colored, first: [material, dress], others: Vec::new() });
     }
 
     /// Whether what the entity is made of has maps.
@@ -251,7 +271,8 @@ impl Skins {
         base: &Surfacing,
     ) -> Option<Surfacing> {
         let skin = self.skins.get(*self.by_entity.get(surface.entity as usize)? as usize)?;
-        Some(self.dressed(geometry, (ray, hit), cone, surface, (skin, base)))
+        let dress = skin.dress(surface.material)?;
+        Some(self.dressed(geometry, (ray, hit), cone, surface, (skin, dress, base)))
     }
 
     #[inline(never)]
@@ -261,9 +282,9 @@ impl Skins {
         (ray, hit): (&Ray, &Hit),
         cone: Cone,
         surface: &mut Surface,
-        (skin, base): (&Skin, &Surfacing),
+        (skin, dress, base): (&Skin, u32, &Surfacing),
     ) -> Surfacing {
-        let (dress, wants_uv) = &self.dresses[skin.dress as usize];
+        let (dress, wants_uv) = &self.dresses[dress as usize];
         let normal = surface.geometric_normal;
         let spot = Spot {
             point: surface.point,
@@ -272,7 +293,8 @@ impl Skins {
             uv: if *wants_uv { geometry.parametrise(hit, surface, &skin.frame) } else { Parametrisation::default() },
             frame: &skin.frame,
         };
-        let color = dress.color.iter().fold(Vec3::ONE, |c, layer| c * layer.color(&spot));
+        let own = if skin.colored { geometry.vertex_color(hit).truncate() } else { Vec3::ONE };
+        let color = dress.color.iter().fold(own, |c, layer| c * layer.color(&spot));
         let specular = dress.specular.as_ref().map_or(Vec3::ONE, |layer| layer.color(&spot));
         let roughness = dress.roughness.as_ref().map_or(1.0, |layer| luminance(layer.color(&spot).to_array()));
         let before = surface.shading_normal;

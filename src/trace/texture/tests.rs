@@ -27,7 +27,7 @@ fn bumpy(texture: &Texture, picture: Option<Picture>) -> Dress {
 fn wearing(dress: Dress, frame: Frame) -> Skins {
     let mut skins = Skins::default();
     let number = skins.add(dress);
-    skins.put(0, frame, number);
+    skins.put(0, 0, &frame, false, number);
     skins
 }
 
