@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::diagnostics::{Diagnostic, nearest};
+use super::text;
 
 /// The bytes of a file of at most `cap` bytes.
 ///
@@ -33,13 +34,12 @@ pub fn read_bytes(path: &Path, cap: u64) -> Result<Vec<u8>, Diagnostic> {
     Ok(bytes)
 }
 
-/// The text of a file; bytes that are not UTF-8 are replaced.
+/// The text of a file, without a byte order mark; what is not UTF-8 is read as Windows-1252.
 ///
 /// # Errors
-/// As [`read_bytes`].
+/// As [`read_bytes`]; texts in UTF-16.
 pub fn read_text(path: &Path, cap: u64) -> Result<String, Diagnostic> {
-    let text = String::from_utf8(read_bytes(path, cap)?);
-    Ok(text.unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned()))
+    text::decode(read_bytes(path, cap)?, &path.to_string_lossy())
 }
 
 /// A path below a folder whose parts may be written in letters of another case; the first that fits, by name.

@@ -199,11 +199,13 @@ impl<'de> Deserialize<'de> for Bag {
                 f.write_str("an entity: (name: ..., sphere: (...), material: ...)")
             }
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Bag, A::Error> {
-                let mut bag = Bag::default();
+                let (mut bag, mut has_tags) = (Bag::default(), false);
                 while let Some(key) = map.next_key::<Key>()? {
                     match key {
+                        Key::Name if bag.name.is_some() => return Err(A::Error::duplicate_field("name")),
+                        Key::Tags if has_tags => return Err(A::Error::duplicate_field("tags")),
                         Key::Name => bag.name = Some(map.next_value()?),
-                        Key::Tags => bag.tags = map.next_value()?,
+                        Key::Tags => (bag.tags, has_tags) = (map.next_value()?, true),
                         Key::Kind(kind) if bag.get(kind).is_some() => {
                             return Err(A::Error::duplicate_field(kind.name()));
                         }
