@@ -12,6 +12,8 @@ mod golden;
 mod house;
 #[path = "all/light.rs"]
 mod light;
+#[path = "all/modules.rs"]
+mod modules;
 #[path = "all/motion.rs"]
 mod motion;
 #[path = "all/oracles.rs"]

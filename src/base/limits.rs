@@ -30,14 +30,16 @@ pub const FRAME_SIDE: u32 = 16_384;
 pub const FRAME_PIXELS: u64 = 1 << 27;
 /// The file of a frame: the pixels above in 16 bits, should they not shrink.
 pub const FRAME_FILE_BYTES: u64 = 4 << 30;
-/// Lights that have a pass of their own where only their colours change: each adds a film to the frame's memory.
-pub const LIGHT_PASSES: usize = 16;
-/// Frames that are looked ahead for what moves in them: each has a bit in a word.
-pub const STILL_FRAMES: usize = 64;
-/// Places of what moves in all of these together: each ray is held against them, which must stay cheap beside tracing it.
-pub const STILL_BOXES: usize = 512;
-/// Bodies that may move in one frame, before it is traced as a whole: what each is in every frame takes memory.
-pub const STILL_MOVING: usize = 8_192;
+/// Emitters with a light group of their own where only their colours change: each adds a film to the frame's memory.
+pub const LIGHT_GROUPS: usize = 16;
+/// Frames of a reuse window, which are looked ahead for objects that change: each has a bit in a word.
+pub const REUSE_WINDOW_FRAMES: usize = 64;
+/// Bounds of all objects that change in a reuse window: each ray is tested against them, which must stay cheap beside
+/// tracing it.
+pub const REUSE_BOUNDS: usize = 512;
+/// Entities that may change in one frame of a reuse window; a frame with more is traced as a whole. The state of each in
+/// every frame takes memory.
+pub const REUSE_CHANGED_ENTITIES: usize = 8_192;
 /// Memory in MiB of what is kept from frame to frame, unless the user says otherwise.
 pub const REUSE_MEMORY: u64 = 1_024;
 /// The manifest of a folder of frames: a million lines.
@@ -50,7 +52,7 @@ pub const SHADOW_SAMPLES: u32 = 4_096;
 pub const SHUTTER_SLICES: u32 = 1_024;
 /// Photons of one pass: a second of emission and half a minute of tracing.
 pub const PHOTONS: u32 = 4_000_000;
-/// Photons that one pass may lay down, 52 bytes each; where many are sent, each comes to rest less often.
+/// Photons that one pass may store, 52 bytes each; where many are emitted, a smaller share of them is stored.
 pub const PHOTONS_AT_REST: u32 = 20_000_000;
 /// Ray generations: each may branch in two, so the tree is bounded by 2^depth.
 pub const RAY_DEPTH: u32 = 64;
@@ -69,8 +71,8 @@ pub const ENTITIES: usize = 16_000_000;
 pub const MATERIALS: usize = 1_000_000;
 /// Triangles of a scene: primitive numbers are 32 bits and cell lists must fit too.
 pub const TRIANGLES: usize = 100_000_000;
-/// Primitives that shine and are sampled as lights, triangles of instances included: past this they still shine, but
-/// only rays that happen to meet them bring their light home.
+/// Emissive primitives that are sampled as lights, triangles of instances included: past this they still emit, but
+/// their light is found only by rays that happen to meet them.
 pub const EMITTERS: usize = 4_000_000;
 /// Vertices of one NFF polygon: the largest of the standard databases has 144.
 pub const POLYGON_VERTICES: usize = 100_000;

@@ -42,7 +42,9 @@ fn western(byte: u8) -> char {
 fn double(c: char) -> Option<(&'static str, &'static str)> {
     Some(match c {
         '\u{a0}' | '\u{202f}' | '\u{2007}' => ("a no-break space", "a plain space"),
-        '\u{2000}'..='\u{2006}' | '\u{2008}'..='\u{200a}' | '\u{205f}' | '\u{3000}' => ("a wide space", "a plain space"),
+        '\u{2000}'..='\u{2006}' | '\u{2008}'..='\u{200a}' | '\u{205f}' | '\u{3000}' => {
+            ("a wide space", "a plain space")
+        }
         '\u{200b}'..='\u{200f}' | '\u{2060}' | '\u{feff}' | '\u{ad}' => ("an invisible character", "nothing"),
         '“' | '”' | '„' | '‟' | '«' | '»' | '″' | '＂' => ("a curly quote", "a plain `\"`"),
         '‘' | '’' | '‚' | '‛' | '′' | '＇' => ("a curly quote", "a plain `'`, or `\"` around a text"),

@@ -24,10 +24,10 @@ pub struct Progress {
     mode: Mode,
     frames: usize,
     start: Instant,
-    state: Mutex<State>,
+    state: Mutex<ProgressState>,
 }
 
-struct State {
+struct ProgressState {
     /// Frames rendered, and the share of the current one.
     current: u32,
     finished: usize,
@@ -40,7 +40,7 @@ const RENEW: Duration = Duration::from_millis(100);
 impl Progress {
     pub fn new(mode: Mode, frames: usize) -> Self {
         let mode = if mode == Mode::Auto && !stderr_is_terminal() { Mode::None } else { mode };
-        let state = State { current: 0, finished: 0, share: 0.0, shown: None };
+        let state = ProgressState { current: 0, finished: 0, share: 0.0, shown: None };
         Progress { mode, frames, start: Instant::now(), state: Mutex::new(state) }
     }
 
@@ -82,7 +82,7 @@ impl Progress {
         }
     }
 
-    fn line(&self, state: &State) -> String {
+    fn line(&self, state: &ProgressState) -> String {
         let elapsed = self.start.elapsed().as_secs_f64();
         let done = (state.finished as f64 + state.share) / self.frames.max(1) as f64;
         let left = if done > 0.0 { elapsed * (1.0 - done) / done } else { 0.0 };

@@ -10,9 +10,9 @@ use super::{Exit, InputArguments, exit_code, frames, print, say, usage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, suggestion};
 use crate::base::limits;
 use crate::components::{Accel, Aov, Integrator};
-use crate::output::{State, names};
+use crate::output::{FileState, names};
 use crate::shot::plan::Plan;
-use crate::shot::run::{self, Event, Policy, Report, Reused};
+use crate::shot::run::{self, Event, FrameSource, Report, ReusePolicy};
 use crate::shot::{self, Overrides, Shot};
 
 /// Which frames, how they look, and where they go: what decides the plan.
@@ -190,19 +190,19 @@ pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
 
 fn render(arguments: &RenderArguments, (mut shot, mut plan): (Shot, Plan)) -> Result<Exit, Diagnostics> {
     if !arguments.force {
-        plan.look(&shot.source);
+        plan.inspect(&shot.source);
     }
     say(&plan.summary());
     let cancel = on_interrupt()?;
-    let policy = Policy { reuse: !arguments.no_reuse, memory: arguments.reuse_memory };
+    let policy = ReusePolicy { reuse: !arguments.no_reuse, memory: arguments.reuse_memory };
     let wanted = plan.frames.len();
-    let kept = plan.frames.iter().filter(|planned| planned.state == State::Done).count();
+    let kept = plan.frames.iter().filter(|planned| planned.state == FileState::Done).count();
     let progress = Progress::new(arguments.progress, wanted - kept - plan.mistakes().count());
     let written = AtomicUsize::new(0);
     let watch = |event: Event| match event {
         Event::Tiles { frame, done, total } => progress.tiles(frame, done, total),
         Event::Written(report) => {
-            if report.reused != Reused::Cache {
+            if report.reused != FrameSource::Cache {
                 written.fetch_add(1, Ordering::Relaxed);
                 progress.written(report.frame, &report.file.to_string_lossy());
             }

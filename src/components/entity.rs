@@ -1,4 +1,4 @@
-//! Entities as plain data: bags of components, the scene made of them, and the edits that change it.
+//! Entities as plain data: sets of components, the scene made of them, and the edits that change it.
 //!
 //! This is the form in which scenes are loaded, shown to scripts and written again. `systems::spawn` turns it into a
 //! hecs World; an entity's index here is its authored order there.
@@ -100,17 +100,17 @@ every_kind!(components);
 
 /// One entity: a name, tags, and at most one component of each kind, in the order of [`Kind::ALL`].
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Bag {
+pub struct EntityDesc {
     pub name: Option<Text>,
     pub tags: Vec<Text>,
     components: Vec<Component>,
 }
 
-impl Bag {
+impl EntityDesc {
     pub fn new(components: impl IntoIterator<Item = Component>) -> Self {
-        let mut bag = Bag::default();
-        components.into_iter().for_each(|c| bag.put(c));
-        bag
+        let mut desc = EntityDesc::default();
+        components.into_iter().for_each(|c| desc.put(c));
+        desc
     }
 
     pub fn named(mut self, name: impl Into<Text>) -> Self {
@@ -163,7 +163,7 @@ impl Bag {
     }
 }
 
-impl Serialize for Bag {
+impl Serialize for EntityDesc {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let count = self.components.len() + usize::from(self.name.is_some()) + usize::from(!self.tags.is_empty());
         let mut out = serializer.serialize_struct("Entity", count)?;
@@ -190,36 +190,36 @@ impl<'de> serde::de::DeserializeSeed<'de> for KindSeed {
     }
 }
 
-impl<'de> Deserialize<'de> for Bag {
+impl<'de> Deserialize<'de> for EntityDesc {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct BagVisitor;
-        impl<'de> Visitor<'de> for BagVisitor {
-            type Value = Bag;
+        struct EntityVisitor;
+        impl<'de> Visitor<'de> for EntityVisitor {
+            type Value = EntityDesc;
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str("an entity: (name: ..., sphere: (...), material: ...)")
             }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Bag, A::Error> {
-                let (mut bag, mut has_tags) = (Bag::default(), false);
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<EntityDesc, A::Error> {
+                let (mut desc, mut has_tags) = (EntityDesc::default(), false);
                 while let Some(key) = map.next_key::<Key>()? {
                     match key {
-                        Key::Name if bag.name.is_some() => return Err(A::Error::duplicate_field("name")),
+                        Key::Name if desc.name.is_some() => return Err(A::Error::duplicate_field("name")),
                         Key::Tags if has_tags => return Err(A::Error::duplicate_field("tags")),
-                        Key::Name => bag.name = Some(map.next_value()?),
-                        Key::Tags => (bag.tags, has_tags) = (map.next_value()?, true),
-                        Key::Kind(kind) if bag.get(kind).is_some() => {
+                        Key::Name => desc.name = Some(map.next_value()?),
+                        Key::Tags => (desc.tags, has_tags) = (map.next_value()?, true),
+                        Key::Kind(kind) if desc.get(kind).is_some() => {
                             return Err(A::Error::duplicate_field(kind.name()));
                         }
-                        Key::Kind(kind) => bag.put(map.next_value_seed(KindSeed(kind))?),
+                        Key::Kind(kind) => desc.put(map.next_value_seed(KindSeed(kind))?),
                     }
                 }
-                Ok(bag)
+                Ok(desc)
             }
         }
-        deserializer.deserialize_struct("Entity", KEYS, BagVisitor)
+        deserializer.deserialize_struct("Entity", KEYS, EntityVisitor)
     }
 }
 
-/// The keys of an entity, as serde wants them; equal to [`Bag::keys`].
+/// The keys of an entity, as serde wants them; equal to [`EntityDesc::keys`].
 const KEYS: &[&str] = &{
     let mut keys = [""; Kind::NAMES.len() + 2];
     (keys[0], keys[1]) = ("name", "tags");
@@ -264,11 +264,11 @@ pub struct Scene {
     pub render: Render,
     /// Named materials in authored order; the names differ.
     pub materials: Vec<(Text, Material)>,
-    pub entities: Vec<Bag>,
+    pub entities: Vec<EntityDesc>,
     /// Folder that file names in the scene are relative to.
     pub base: PathBuf,
     /// Pictures that its textures name, as far as they were read.
-    pub pictures: Pictures,
+    pub images: ImageCache,
 }
 
 impl Scene {
@@ -277,7 +277,7 @@ impl Scene {
     }
 
     pub fn entity_index(&self, name: &str) -> Option<usize> {
-        self.entities.iter().position(|bag| bag.name.as_deref() == Some(name))
+        self.entities.iter().position(|desc| desc.name.as_deref() == Some(name))
     }
 }
 
@@ -311,7 +311,7 @@ pub enum Edit {
         tags: Vec<Text>,
     },
     /// Adds an entity at the end.
-    Spawn(Bag),
+    Spawn(EntityDesc),
     /// Removes an entity; its index stays taken.
     Despawn {
         entity: usize,
@@ -320,17 +320,18 @@ pub enum Edit {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use glam::DVec3;
 
+    use super::*;
+
     #[test]
-    fn a_bag_keeps_one_component_of_a_kind_in_order() {
-        let mut bag = Bag::new([Sphere::default().into(), Transform::default().into()]);
-        bag.put(Sphere { radius: 2.0, ..Sphere::default() }.into());
-        let kinds: Vec<Kind> = bag.components().iter().map(Component::kind).collect();
+    fn an_entity_keeps_one_component_of_a_kind_in_order() {
+        let mut desc = EntityDesc::new([Sphere::default().into(), Transform::default().into()]);
+        desc.put(Sphere { radius: 2.0, ..Sphere::default() }.into());
+        let kinds: Vec<Kind> = desc.components().iter().map(Component::kind).collect();
         assert_eq!(kinds, [Kind::Transform, Kind::Sphere]);
-        assert_eq!(bag.get(Kind::Sphere).unwrap().record().get("radius"), Some(Value::Number(2.0)));
-        assert!(bag.take(Kind::Sphere).is_some() && bag.get(Kind::Sphere).is_none());
+        assert_eq!(desc.get(Kind::Sphere).unwrap().record().get("radius"), Some(Value::Number(2.0)));
+        assert!(desc.take(Kind::Sphere).is_some() && desc.get(Kind::Sphere).is_none());
     }
 
     #[test]

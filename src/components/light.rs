@@ -1,4 +1,4 @@
-//! Lights that are no objects. What is an object and shines has a material with `emission`.
+//! Lights without a surface. An object that emits light has a material with `emission`.
 
 use glam::{DVec2, DVec3};
 
@@ -8,7 +8,7 @@ use super::record::{Check, Invalid, choice, record};
 choice! {
     /// How a light weakens with distance.
     pub enum Falloff {
-        /// Not at all, as the ancestors have it.
+        /// Not at all, as in the NFF and P3F tracers.
         Constant,
         /// With the inverse square of the distance in world units; `color` is what arrives at distance 1. A point of
         /// colour c then has the intensity pi c, an area light of area A the radiance pi c / A to both sides.
@@ -35,7 +35,7 @@ impl Check for PointLight {
 }
 
 record! {
-    /// A parallelogram that shines from all its points, to both sides.
+    /// A parallelogram that emits light from all its points, to both sides.
     ///
     /// It lies in the local xz plane around `position`, unless `edges` say otherwise.
     pub struct AreaLight {

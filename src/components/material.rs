@@ -10,7 +10,7 @@ use super::{FieldError, Record, Texture};
 choice! {
     /// How a surface scatters light. All but the first give back no more than arrives.
     pub enum Model {
-        /// The material of both ancestors: Lambert, a highlight (Blinn 1977), mirror and glass, each with its weight.
+        /// The material of the NFF and P3F tracers: Lambert, a highlight (Blinn 1977), mirror and glass, each with its weight.
         BlinnPhong,
         /// Matt: `diffuse * color` is the share that comes back.
         Lambert,
@@ -42,7 +42,7 @@ record! {
         pub specular: f64 = 0.0,
         /// Exponent of the highlight, 0 and up; larger is smaller and sharper.
         pub shininess: f64 = 20.0,
-        /// Weight of the mirror image; `specular` unless given, as in the ancestors. Transparent surfaces reflect what
+        /// Weight of the mirror image; `specular` unless given, as in the P3F tracers. Transparent surfaces reflect what
         /// the setting `fresnel` says instead.
         pub reflection: Option<f64> = None,
         /// Gloss: how far mirror rays are spread, as the radius of the sphere around the tip of the unit mirror ray.
@@ -63,8 +63,6 @@ record! {
         pub absorption: DVec3 = DVec3::ZERO,
         /// Radiance that the surface sends out by itself, to the sides that it shows. A lamp of `color` c with inverse
         /// square falloff and area A has radiance c * pi / A. Spheres, triangles, meshes and boxes that shine light
-        /// what is around them; other shapes do so in the light of paths that meet them, and in a Whitted picture none
-        /// does.
         pub emission: DVec3 = DVec3::ZERO,
         /// Whether opaque surfaces show and stop rays on both sides. Transparent ones always do.
         pub two_sided: bool = true,
@@ -185,7 +183,7 @@ impl Check for Material {
     }
 }
 
-/// The name of the material that an entity wears.
+/// The name of an entity's material.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(transparent)]
 pub struct MaterialName(pub Text);

@@ -97,7 +97,7 @@ record! {
         /// Side of the square, in the world's xy directions, that point lights are widened to for soft shadows.
         pub light_size: f64 = 0.0,
         /// Whether transparent surfaces let light through to what they shade, dimmed by `transmission` at each; they
-        /// block it otherwise, as in the ancestors. Not so with `Photon`: photons go through glass by themselves.
+        /// block it otherwise, as in the P3F tracers. Not so with `Photon`: photons go through glass by themselves.
         pub transparent_shadows: bool = false,
         pub fresnel: Fresnel = Fresnel::Exact,
         /// Seed of all sampling; follows from the camera's pose when not given.

@@ -224,8 +224,8 @@ impl<const REST: i8> Serialize for Axes<REST> {
 
 impl<'de, const REST: i8> Deserialize<'de> for Axes<REST> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor<const REST: i8>;
-        impl<'de, const REST: i8> serde::de::Visitor<'de> for Visitor<REST> {
+        struct AxesVisitor<const REST: i8>;
+        impl<'de, const REST: i8> serde::de::Visitor<'de> for AxesVisitor<REST> {
             type Value = Axes<REST>;
             fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
                 f.write_str("a number, or two or three of them")
@@ -251,7 +251,7 @@ impl<'de, const REST: i8> Deserialize<'de> for Axes<REST> {
                 Ok(Axes(DVec3::from_array(axes)))
             }
         }
-        deserializer.deserialize_any(Visitor)
+        deserializer.deserialize_any(AxesVisitor)
     }
 }
 

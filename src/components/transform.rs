@@ -73,8 +73,8 @@ impl Serialize for Scale {
 
 impl<'de> Deserialize<'de> for Scale {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl<'de> serde::de::Visitor<'de> for Visitor {
+        struct ScaleVisitor;
+        impl<'de> serde::de::Visitor<'de> for ScaleVisitor {
             type Value = Scale;
             fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
                 f.write_str("a number or three numbers")
@@ -96,7 +96,7 @@ impl<'de> Deserialize<'de> for Scale {
                 Ok(Scale(DVec3::from_array(axes)))
             }
         }
-        deserializer.deserialize_any(Visitor)
+        deserializer.deserialize_any(ScaleVisitor)
     }
 }
 

@@ -29,26 +29,26 @@ const LUMINANCE: f32 = 1.0;
 const NORMAL: f32 = 0.3;
 const DEPTH: f32 = 0.02;
 const ALBEDO: f32 = 0.25;
-/// A difference beyond which a neighbour counts for nothing: less than a thirtieth of a thousandth.
-const STRANGER: f32 = 10.5;
+/// The distance beyond which a neighbour does not count: its weight would be below e^-10.5, or 3e-5.
+const MAX_DISTANCE: f32 = 10.5;
 /// Least albedo that colour is divided by.
-const DARKEST: f32 = 0.02;
+const MIN_ALBEDO: f32 = 0.02;
 
-/// Largest variance: a larger one means no more, and sums of this one stay inside `f32`.
-const WILDEST: f32 = 1e30;
+/// Largest variance: sums of larger ones would not stay inside `f32`.
+const MAX_VARIANCE: f32 = 1e30;
 
-/// What is filtered.
+/// What is filtered: light without the texture of surfaces.
 #[derive(Clone, Copy)]
-struct Light {
+struct DemodulatedPixel {
     /// Colour over albedo.
     color: Vec3,
     /// Variance of its luminance.
     variance: f32,
 }
 
-/// What guides the filter.
+/// What a pixel shows: edges in it stop the filter.
 #[derive(Clone, Copy)]
-struct Guide {
+struct GuideFeatures {
     normal: Vec3,
     albedo: Vec3,
     depth: f32,
@@ -65,22 +65,22 @@ pub fn denoise(film: &mut Film) {
     }
     let size = [film.width as usize, film.height as usize];
     let guides = guides(film, size);
-    let mut light: Vec<Light> = (0..count)
+    let mut light: Vec<DemodulatedPixel> = (0..count)
         .map(|i| {
             let base = guides[i].albedo;
             let whole = luminance(base.to_array());
             let color = Vec3::from_array(film.pixels[i]) / base;
-            Light { color, variance: layers.variance[i].min(WILDEST) / (whole * whole) }
+            DemodulatedPixel { color, variance: layers.variance[i].min(MAX_VARIANCE) / (whole * whole) }
         })
         .collect();
     let mut next = light.clone();
     for pass in 0..PASSES {
         let spread = blurred(&light, size, |light| light.variance);
         let brightness = blurred(&light, size, |light| luminance(light.color.to_array()));
-        let told = Told { light: &light, guides: &guides, spread: &spread, brightness: &brightness };
+        let input = PassInput { light: &light, guides: &guides, spread: &spread, brightness: &brightness };
         next.par_chunks_mut(size[0]).enumerate().for_each(|(y, row)| {
             for (x, out) in row.iter_mut().enumerate() {
-                *out = told.gathered(size, [x, y], 1 << pass);
+                *out = input.filtered(size, [x, y], 1 << pass);
             }
         });
         std::mem::swap(&mut light, &mut next);
@@ -90,7 +90,7 @@ pub fn denoise(film: &mut Film) {
     }
 }
 
-fn guides(film: &Film, [width, height]: [usize; 2]) -> Vec<Guide> {
+fn guides(film: &Film, [width, height]: [usize; 2]) -> Vec<GuideFeatures> {
     let layers = &film.layers;
     let depth = |x: usize, y: usize| layers.depth[y * width + x];
     // The smaller of the changes to both sides: across an edge the other side does not count.
@@ -105,9 +105,9 @@ fn guides(film: &Film, [width, height]: [usize; 2]) -> Vec<Guide> {
         let down = slope(depth(x, y.saturating_sub(1)), here, depth(x, (y + 1).min(height - 1)));
         // What lies behind everything is not lit: its colour counts as it is.
         let albedo = Vec3::from_array(layers.albedo[i]) + (1.0 - layers.coverage[i]);
-        Guide {
+        GuideFeatures {
             normal: Vec3::from_array(layers.normal[i]),
-            albedo: albedo.max(Vec3::splat(DARKEST)),
+            albedo: albedo.max(Vec3::splat(MIN_ALBEDO)),
             depth: here,
             slope: [across, down],
         }
@@ -116,7 +116,11 @@ fn guides(film: &Film, [width, height]: [usize; 2]) -> Vec<Guide> {
 }
 
 /// A value of every pixel, blurred over 3 x 3: that of one pixel is too rough to go by.
-fn blurred(light: &[Light], [width, height]: [usize; 2], value: impl Fn(&Light) -> f32 + Sync) -> Vec<f32> {
+fn blurred(
+    light: &[DemodulatedPixel],
+    [width, height]: [usize; 2],
+    value: impl Fn(&DemodulatedPixel) -> f32 + Sync,
+) -> Vec<f32> {
     let blurred = |i: usize| {
         let (x, y) = (i % width, i / width);
         let (mut sum, mut mass) = (0.0, 0.0);
@@ -132,17 +136,17 @@ fn blurred(light: &[Light], [width, height]: [usize; 2], value: impl Fn(&Light) 
     (0..light.len()).into_par_iter().map(blurred).collect()
 }
 
-/// All that a pass goes by, pixel by pixel.
-struct Told<'a> {
-    light: &'a [Light],
-    guides: &'a [Guide],
+/// All that a pass reads, pixel by pixel.
+struct PassInput<'a> {
+    light: &'a [DemodulatedPixel],
+    guides: &'a [GuideFeatures],
     spread: &'a [f32],
     brightness: &'a [f32],
 }
 
-impl Told<'_> {
+impl PassInput<'_> {
     /// One pixel of a pass, its taps `step` apart.
-    fn gathered(&self, [width, height]: [usize; 2], [x, y]: [usize; 2], step: usize) -> Light {
+    fn filtered(&self, [width, height]: [usize; 2], [x, y]: [usize; 2], step: usize) -> DemodulatedPixel {
         let here = y * width + x;
         let (mut color, mut variance, mut mass) = (Vec3::ZERO, 0.0, 0.0);
         for (j, down) in KERNEL.iter().enumerate() {
@@ -151,22 +155,22 @@ impl Told<'_> {
                 let Some(u) = (x + i * step).checked_sub(2 * step).filter(|u| *u < width) else { continue };
                 let there = v * width + u;
                 let shift = [u as f32 - x as f32, v as f32 - y as f32];
-                let apart = if there == here { 0.0 } else { self.apart(here, there, shift) };
-                // Such a neighbour would not show, and costs an exponential.
-                if apart > STRANGER {
+                let distance = if there == here { 0.0 } else { self.distance(here, there, shift) };
+                // Such a neighbour does not show, and would cost an exponential.
+                if distance > MAX_DISTANCE {
                     continue;
                 }
-                let weight = across * down * libm::expf(-apart);
+                let weight = across * down * libm::expf(-distance);
                 color += self.light[there].color * weight;
                 variance += self.light[there].variance * weight * weight;
                 mass += weight;
             }
         }
-        Light { color: color / mass, variance: variance / (mass * mass) }
+        DemodulatedPixel { color: color / mass, variance: variance / (mass * mass) }
     }
 
-    /// How unlike two pixels are, `[dx, dy]` apart.
-    fn apart(&self, here: usize, there: usize, [dx, dy]: [f32; 2]) -> f32 {
+    /// Edge-stopping distance of two pixels that are `[dx, dy]` apart in the picture: 0 for equal ones.
+    fn distance(&self, here: usize, there: usize, [dx, dy]: [f32; 2]) -> f32 {
         let (guide, seen) = (&self.guides[here], &self.guides[there]);
         let noise = (self.spread[here] + self.spread[there]).sqrt();
         let explained = LUMINANCE * noise + 1e-6 * self.brightness[here] + 1e-12;
@@ -236,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wild_pixel_does_not_poison_its_neighbours() {
+    fn a_huge_pixel_does_not_poison_its_neighbours() {
         let mut film = wall(16, 16, 1.0);
         (film.pixels[100], film.layers.variance[100]) = ([1e30; 3], f32::MAX);
         denoise(&mut film);

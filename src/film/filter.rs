@@ -15,18 +15,19 @@ const STEPS: usize = 1024;
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilterTable {
     width: f32,
-    /// Share of the filter's absolute mass left of each step, and 1 at the end; empty for a box.
-    share: Vec<f32>,
+    /// Cumulative distribution of the filter's absolute value: its integral left of each step, and 1 at the end; empty for
+    /// a box.
+    cdf: Vec<f32>,
     /// Sign of each step.
     signs: Vec<f32>,
-    /// Absolute mass over mass, along one axis: the size of a sample's weight.
-    excess: f32,
+    /// Integral of the absolute value over the integral, along one axis: the absolute weight of a sample.
+    weight_scale: f32,
 }
 
 impl FilterTable {
     /// `width` is the full width in pixels.
     pub fn new(filter: Filter, width: f64) -> Self {
-        let plain = FilterTable { width: width as f32, share: Vec::new(), signs: Vec::new(), excess: 1.0 };
+        let plain = FilterTable { width: width as f32, cdf: Vec::new(), signs: Vec::new(), weight_scale: 1.0 };
         if filter == Filter::Box {
             return plain;
         }
@@ -40,16 +41,16 @@ impl FilterTable {
         }
         below.push(absolute);
         FilterTable {
-            share: below.into_iter().map(|b| (b / absolute) as f32).collect(),
+            cdf: below.into_iter().map(|b| (b / absolute) as f32).collect(),
             signs: values.into_iter().map(|v| if v < 0.0 { -1.0 } else { 1.0 }).collect(),
-            excess: (absolute / mass) as f32,
+            weight_scale: (absolute / mass) as f32,
             ..plain
         }
     }
 
     /// Whether samples may count negatively.
     pub fn is_signed(&self) -> bool {
-        self.excess > 1.0
+        self.weight_scale > 1.0
     }
 
     /// Where a point of the unit square falls, as an offset from the pixel's top left corner, and its weight.
@@ -57,19 +58,19 @@ impl FilterTable {
     /// The middle of the square is the middle of the pixel. A box of width 1 leaves points as they are.
     #[inline]
     pub fn sample(&self, square: [f32; 2]) -> ([f32; 2], f32) {
-        if self.share.is_empty() {
+        if self.cdf.is_empty() {
             let apart = |u: f32| 0.5 + (u - 0.5) * self.width;
             return (if self.width == 1.0 { square } else { square.map(apart) }, 1.0);
         }
         let ([x, sign_x], [y, sign_y]) = (self.along(square[0]), self.along(square[1]));
-        ([x, y], if self.is_signed() { sign_x * sign_y * self.excess * self.excess } else { 1.0 })
+        ([x, y], if self.is_signed() { sign_x * sign_y * self.weight_scale * self.weight_scale } else { 1.0 })
     }
 
     /// Offset along one axis and its sign.
     fn along(&self, u: f32) -> [f32; 2] {
         // The last step whose share lies at or below u: never one that holds nothing.
-        let step = self.share.partition_point(|share| *share <= u).clamp(1, STEPS) - 1;
-        let (left, right) = (self.share[step], self.share[step + 1]);
+        let step = self.cdf.partition_point(|cdf| *cdf <= u).clamp(1, STEPS) - 1;
+        let (left, right) = (self.cdf[step], self.cdf[step + 1]);
         let within = if right > left { ((u - left) / (right - left)).clamp(0.0, 1.0) } else { 0.5 };
         let place = (step as f32 + within) * (1.0 / STEPS as f32) - 0.5;
         [0.5 + place * self.width, self.signs[step]]
@@ -110,7 +111,7 @@ mod tests {
         for i in 0..n {
             // Along one axis; in the middle of the other the sign is plus.
             let ([x, _], weight) = table.sample([(i as f32 + 0.5) / n as f32, 0.5]);
-            let (x, weight) = (f64::from(x) - 0.5, f64::from(weight / table.excess));
+            let (x, weight) = (f64::from(x) - 0.5, f64::from(weight / table.weight_scale));
             for (sum, term) in sums.iter_mut().zip([1.0, x, x * x]) {
                 *sum += weight * term / f64::from(n);
             }

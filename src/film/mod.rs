@@ -1,20 +1,20 @@
 //! The film: what samples add up to, linear pixels of one frame, and their way to numbers of a picture file.
 //!
-//! Pixels are linear and of any size (scene referred). [`tally`] adds samples up, tile by tile; [`filter`] draws where
+//! Pixels are linear and of any size (scene referred). [`accumulator`] adds samples up, tile by tile; [`filter`] draws where
 //! in and around a pixel they lie; [`layers`] say what the pixels show; [`denoise`] takes out noise; [`tone`] makes what a
 //! screen can show of the result.
 
+pub mod accumulator;
 mod denoise;
 pub mod filter;
 pub mod layers;
-pub mod tally;
 pub mod tone;
 
+pub use accumulator::{AccumulatorOptions, PixelAccumulator};
 pub use denoise::denoise;
 pub use filter::FilterTable;
 pub use layers::{Feature, Layers};
-pub use tally::{Gather, Tally};
-pub use tone::Look;
+pub use tone::DisplayTransform;
 
 /// Linear RGB pixels of any size, top row first.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,13 +32,13 @@ impl Film {
     }
 
     /// RGB bytes, three per pixel, rounded to nearest.
-    pub fn to_rgb8(&self, look: Look) -> Vec<u8> {
-        self.pixels.iter().flat_map(|color| look.expose(*color).map(|x| look.byte(x))).collect()
+    pub fn to_rgb8(&self, display: DisplayTransform) -> Vec<u8> {
+        self.pixels.iter().flat_map(|color| display.expose(*color).map(|x| display.byte(x))).collect()
     }
 
     /// RGB in 16 bits, three per pixel, rounded to nearest.
-    pub fn to_rgb16(&self, look: Look) -> Vec<u16> {
-        self.pixels.iter().flat_map(|color| look.expose(*color).map(|x| look.word(x))).collect()
+    pub fn to_rgb16(&self, display: DisplayTransform) -> Vec<u16> {
+        self.pixels.iter().flat_map(|color| display.expose(*color).map(|x| display.word(x))).collect()
     }
 }
 
@@ -51,9 +51,9 @@ mod tests {
     fn pixels_are_clamped_rounded_and_never_nan() {
         let pixels = vec![[-1.0, 0.5, 2.0], [f32::NAN, 1.0 / 255.0, 1.0]];
         let film = Film { pixels, ..Film::new(2, 1) };
-        let look = |transfer| Look::new(&Render { transfer, ..Render::default() });
-        assert_eq!(film.to_rgb8(look(Transfer::Linear)), [0, 128, 255, 0, 1, 255]);
-        assert_eq!(film.to_rgb8(look(Transfer::Srgb)), [0, 188, 255, 0, 13, 255]);
-        assert_eq!(film.to_rgb16(look(Transfer::Linear))[1], 32768);
+        let display = |transfer| DisplayTransform::new(&Render { transfer, ..Render::default() });
+        assert_eq!(film.to_rgb8(display(Transfer::Linear)), [0, 128, 255, 0, 1, 255]);
+        assert_eq!(film.to_rgb8(display(Transfer::Srgb)), [0, 188, 255, 0, 13, 255]);
+        assert_eq!(film.to_rgb16(display(Transfer::Linear))[1], 32768);
     }
 }

@@ -5,9 +5,9 @@
 use crate::base::color::{luminance, srgb_byte, srgb_encode};
 use crate::components::{Render, ToneMap, Transfer};
 
-/// How the linear values of a film become the numbers of a picture for the screen.
+/// From the linear values of a film to the numbers of a picture for the screen: exposure, tone map, transfer.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Look {
+pub struct DisplayTransform {
     /// Factor before the curve: 2 to the power of the stops.
     gain: f32,
     tone_map: ToneMap,
@@ -17,10 +17,10 @@ pub struct Look {
 /// Values above this look the same on every curve, and their squares stay inside `f32`.
 const BRIGHTEST: f32 = 1e6;
 
-impl Look {
+impl DisplayTransform {
     pub fn new(render: &Render) -> Self {
         let gain = libm::exp2(render.exposure) as f32;
-        Look { gain, tone_map: render.tone_map, transfer: render.transfer }
+        DisplayTransform { gain, tone_map: render.tone_map, transfer: render.transfer }
     }
 
     /// The linear value to show, mostly in 0..1; what lies outside is cut off when it is encoded.
@@ -130,12 +130,12 @@ fn neutral(color: [f32; 3]) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    fn look(tone_map: ToneMap, exposure: f64) -> Look {
-        Look::new(&Render { tone_map, exposure, ..Render::default() })
+    fn display(tone_map: ToneMap, exposure: f64) -> DisplayTransform {
+        DisplayTransform::new(&Render { tone_map, exposure, ..Render::default() })
     }
 
     fn grey(tone_map: ToneMap, x: f32) -> f32 {
-        let [r, g, b] = look(tone_map, 0.0).expose([x; 3]);
+        let [r, g, b] = display(tone_map, 0.0).expose([x; 3]);
         assert!((r - g).abs() < 2e-3 && (g - b).abs() < 2e-3, "{tone_map:?} {x}: {r} {g} {b}");
         g
     }
@@ -171,23 +171,23 @@ mod tests {
 
     #[test]
     fn neutral_only_shifts_what_lies_below_its_knee() {
-        let kept = look(ToneMap::Neutral, 0.0).expose([0.5, 0.3, 0.1]);
+        let kept = display(ToneMap::Neutral, 0.0).expose([0.5, 0.3, 0.1]);
         for (found, expected) in kept.iter().zip([0.46, 0.26, 0.06]) {
             assert!((found - expected).abs() < 1e-6);
         }
         // Continuous at the knee, and never at or above 1.
         let (below, above) = (grey(ToneMap::Neutral, 0.799_999), grey(ToneMap::Neutral, 0.800_001));
         assert!((above - below).abs() < 1e-5);
-        assert!(look(ToneMap::Neutral, 0.0).expose([900.0, 4.0, 0.0]).iter().all(|x| *x < 1.0));
+        assert!(display(ToneMap::Neutral, 0.0).expose([900.0, 4.0, 0.0]).iter().all(|x| *x < 1.0));
     }
 
     #[test]
     fn a_stop_doubles_and_nothing_is_no_number() {
-        assert_eq!(look(ToneMap::Clip, 1.0).expose([0.25, 0.5, 4.0]), [0.5, 1.0, 8.0]);
-        assert_eq!(look(ToneMap::Clip, 0.0).expose([0.1, 0.2, 0.3]), [0.1, 0.2, 0.3]);
+        assert_eq!(display(ToneMap::Clip, 1.0).expose([0.25, 0.5, 4.0]), [0.5, 1.0, 8.0]);
+        assert_eq!(display(ToneMap::Clip, 0.0).expose([0.1, 0.2, 0.3]), [0.1, 0.2, 0.3]);
         for tone_map in CURVES {
             for wild in [f32::NAN, f32::INFINITY, -1.0, f32::MAX] {
-                let shown = look(tone_map, 3.0).expose([wild, 0.5, 0.0]);
+                let shown = display(tone_map, 3.0).expose([wild, 0.5, 0.0]);
                 assert!(shown.iter().all(|x| x.is_finite()), "{tone_map:?} {wild}: {shown:?}");
             }
         }

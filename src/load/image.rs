@@ -12,7 +12,7 @@ use crate::base::color::srgb_decode;
 use crate::base::diagnostics::Diagnostic;
 use crate::base::{files, limits};
 use crate::components::*;
-use crate::trace::environment::{CubeMap, FACES, Face, Source};
+use crate::trace::light::environment::{CubeMap, EnvironmentMap, FACES, Face};
 
 /// Reads the faces `right left top bottom front back` (.jpg, .jpeg or .png) of a folder.
 ///
@@ -100,7 +100,7 @@ fn is_whole_jpeg(bytes: &[u8]) -> bool {
 ///
 /// # Errors
 /// A file that is missing, broken, larger than `cap` texels, or with values that are no colours.
-pub fn read_picture(path: &Path, decoded: bool, cap: u64) -> Result<Picture, Diagnostic> {
+pub fn read_mip_map(path: &Path, decoded: bool, cap: u64) -> Result<MipMap, Diagnostic> {
     let image = decode(path, cap)?;
     let (width, height) = (image.width(), image.height());
     let texels = match image {
@@ -131,21 +131,21 @@ pub fn read_picture(path: &Path, decoded: bool, cap: u64) -> Result<Picture, Dia
             return Err(Diagnostic::error(message).help(help));
         }
     }
-    Ok(Picture::new(width, height, texels))
+    Ok(MipMap::new(width, height, texels))
 }
 
 /// The picture of a file that a scene names, read unless it was before.
 ///
 /// # Errors
-/// As [`read_picture`]; and if all pictures together have too many texels.
-pub fn fetch(pictures: &mut Pictures, base: &Path, file: &Text, decoded: bool) -> Result<Arc<Picture>, Diagnostic> {
-    if let Some(known) = pictures.0.get(&(file.clone(), decoded)) {
+/// As [`read_mip_map`]; and if all pictures together have too many texels.
+pub fn fetch(images: &mut ImageCache, base: &Path, file: &Text, decoded: bool) -> Result<Arc<MipMap>, Diagnostic> {
+    if let Some(known) = images.0.get(&(file.clone(), decoded)) {
         return Ok(known.clone());
     }
-    let taken: u64 = pictures.0.values().map(|picture| picture.texels()).sum();
+    let taken: u64 = images.0.values().map(|picture| picture.texels()).sum();
     let room = limits::TEXTURE_TEXELS.saturating_sub(taken);
-    let picture = Arc::new(read_picture(&base.join(&**file), decoded, room)?);
-    pictures.0.insert((file.clone(), decoded), picture.clone());
+    let picture = Arc::new(read_mip_map(&base.join(&**file), decoded, room)?);
+    images.0.insert((file.clone(), decoded), picture.clone());
     Ok(picture)
 }
 
@@ -156,27 +156,27 @@ pub fn fetch(pictures: &mut Pictures, base: &Path, file: &Text, decoded: bool) -
 /// # Errors
 /// As [`read_cube_map`] and [`fetch`].
 pub fn read_surroundings(
-    pictures: &mut Pictures,
+    images: &mut ImageCache,
     base: &Path,
     name: &Text,
     decoded: bool,
-) -> Result<Source, Diagnostic> {
+) -> Result<EnvironmentMap, Diagnostic> {
     let path = base.join(&**name);
     if path.is_dir() {
-        return read_cube_map(&path, decoded).map(|cube| Source::Cube(Arc::new(cube)));
+        return read_cube_map(&path, decoded).map(|cube| EnvironmentMap::Cube(Arc::new(cube)));
     }
-    fetch(pictures, base, name, decoded).map(Source::Sphere)
+    fetch(images, base, name, decoded).map(EnvironmentMap::Sphere)
 }
 
 /// Reads the pictures that the textures of a scene name; each file is read once and shared.
 pub fn load_all(scene: &mut Scene) -> Vec<Problem> {
     let mut problems = Vec::new();
-    let Scene { materials, entities, pictures, base, render, .. } = scene;
+    let Scene { materials, entities, images, base, render, .. } = scene;
     let mut read = |path: Vec<Step>, texture: &Texture, coloured: bool| {
         let Some(file) = &texture.image else { return };
         let decoded = texture.decodes(coloured && render.transfer == Transfer::Srgb);
         if problems.len() < limits::DIAGNOSTICS
-            && let Err(problem) = fetch(pictures, base, file, decoded)
+            && let Err(problem) = fetch(images, base, file, decoded)
         {
             let path = path.into_iter().chain([key("image")]).collect();
             problems.push(Problem::new(path, problem.message).help(problem.help));
@@ -187,8 +187,8 @@ pub fn load_all(scene: &mut Scene) -> Vec<Problem> {
             read(vec![key("materials"), key(name), key(field)], texture, coloured);
         }
     }
-    for (index, bag) in entities.iter().enumerate() {
-        if let Some(Component::Texture(texture)) = bag.get(Kind::Texture) {
+    for (index, desc) in entities.iter().enumerate() {
+        if let Some(Component::Texture(texture)) = desc.get(Kind::Texture) {
             read(component_path(index, Kind::Texture), texture, true);
         }
     }
@@ -197,8 +197,9 @@ pub fn load_all(scene: &mut Scene) -> Vec<Problem> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use glam::Vec3;
+
+    use super::*;
 
     #[test]
     fn six_faces_make_a_sky_and_five_do_not() {

@@ -73,11 +73,11 @@ pub fn check(scene: &Scene) -> Vec<Problem> {
         }
         range(&path, &owner, if nested { Ok(()) } else { material.check() });
     }
-    for (i, bag) in scene.entities.iter().enumerate() {
-        for component in bag.components() {
+    for (i, desc) in scene.entities.iter().enumerate() {
+        for component in desc.components() {
             if let Err(invalid) = component.record().check() {
                 let path = component_path(i, component.kind());
-                range(&path, &format!("{} of {}", component.kind().name(), bag.label(i)), Err(invalid));
+                range(&path, &format!("{} of {}", component.kind().name(), desc.label(i)), Err(invalid));
             }
         }
     }
@@ -90,28 +90,28 @@ fn references(scene: &Scene, problems: &mut Vec<Problem>) {
         problems.push(Problem::new(vec![key("entities")], format!("more than {} entities", limits::ENTITIES)));
     }
     let mut names: FxHashMap<&str, usize> = FxHashMap::default();
-    for (i, bag) in scene.entities.iter().enumerate() {
-        let Some(name) = bag.name.as_deref() else { continue };
+    for (i, desc) in scene.entities.iter().enumerate() {
+        let Some(name) = desc.name.as_deref() else { continue };
         if names.insert(name, i).is_some() {
             let path = vec![key("entities"), Step::Index(i), key("name")];
             problems.push(Problem::new(path, format!("two entities are called `{name}`")));
         }
     }
     let materials: FxHashSet<&str> = scene.materials.iter().map(|(name, _)| &**name).collect();
-    for (i, bag) in scene.entities.iter().enumerate() {
-        if let Some(Component::MaterialName(worn)) = bag.get(Kind::MaterialName)
-            && !materials.contains(&*worn.0)
+    for (i, desc) in scene.entities.iter().enumerate() {
+        if let Some(Component::MaterialName(material)) = desc.get(Kind::MaterialName)
+            && !materials.contains(&*material.0)
         {
-            let help = suggestion(&worn.0, scene.materials.iter().map(|(name, _)| &**name));
-            let message = format!("unknown material `{}` of {}", worn.0, bag.label(i));
+            let help = suggestion(&material.0, scene.materials.iter().map(|(name, _)| &**name));
+            let message = format!("unknown material `{}` of {}", material.0, desc.label(i));
             problems.push(Problem::new(component_path(i, Kind::MaterialName), message).help(help));
         }
-        if let Some(parent) = parent(bag)
+        if let Some(parent) = parent(desc)
             && !names.contains_key(parent)
         {
             let mut path = component_path(i, Kind::Transform);
             path.push(key("parent"));
-            let message = format!("unknown parent `{parent}` of {}", bag.label(i));
+            let message = format!("unknown parent `{parent}` of {}", desc.label(i));
             problems.push(Problem::new(path, message).help(suggestion(parent, names.keys().copied())));
         }
     }
@@ -125,8 +125,8 @@ fn references(scene: &Scene, problems: &mut Vec<Problem>) {
     cycles(scene, &names, problems);
 }
 
-fn parent(bag: &Bag) -> Option<&str> {
-    match bag.get(Kind::Transform) {
+fn parent(desc: &EntityDesc) -> Option<&str> {
+    match desc.get(Kind::Transform) {
         Some(Component::Transform(transform)) => transform.parent.as_deref(),
         _ => None,
     }

@@ -6,20 +6,20 @@ use crate::base::limits;
 
 /// A value and where it stands.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Node {
+pub struct SyntaxNode {
     pub start: usize,
     pub end: usize,
-    pub children: Vec<Child>,
+    pub children: Vec<SyntaxField>,
 }
 
 /// One part of a value: an element, or a field with its key.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Child {
+pub struct SyntaxField {
     /// The key as it is meant: without quotes.
     pub key: Option<String>,
     pub key_start: usize,
     pub key_end: usize,
-    pub value: Node,
+    pub value: SyntaxNode,
 }
 
 /// A text that is not even brackets in order.
@@ -36,8 +36,8 @@ pub enum Step {
     Index(usize),
 }
 
-impl Node {
-    pub fn field(&self, key: &str) -> Option<&Child> {
+impl SyntaxNode {
+    pub fn field(&self, key: &str) -> Option<&SyntaxField> {
         self.children.iter().find(|child| child.key.as_deref() == Some(key))
     }
 
@@ -59,8 +59,8 @@ impl Node {
 }
 
 /// Reads the one value that a text holds.
-pub fn parse(text: &str) -> Result<Node, Broken> {
-    let mut reader = Reader { text, at: 0 };
+pub fn parse(text: &str) -> Result<SyntaxNode, Broken> {
+    let mut reader = SyntaxReader { text, at: 0 };
     reader.blank()?;
     while text[reader.at..].starts_with("#!") {
         reader.at = text[reader.at..].find(']').map_or(text.len(), |i| reader.at + i + 1);
@@ -77,12 +77,12 @@ pub fn parse(text: &str) -> Result<Node, Broken> {
     Ok(node)
 }
 
-struct Reader<'a> {
+struct SyntaxReader<'a> {
     text: &'a str,
     at: usize,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> SyntaxReader<'a> {
     fn rest(&self) -> &'a str {
         &self.text[self.at..]
     }
@@ -127,12 +127,12 @@ impl<'a> Reader<'a> {
     }
 
     /// A value: an optional word, then brackets, a string or a number.
-    fn value(&mut self, depth: usize) -> Result<Node, Broken> {
+    fn value(&mut self, depth: usize) -> Result<SyntaxNode, Broken> {
         if depth > limits::NESTING {
             return Err(self.broken(self.at, format!("brackets nest deeper than {}", limits::NESTING)));
         }
         let start = self.at;
-        let mut node = Node { start, end: start, children: Vec::new() };
+        let mut node = SyntaxNode { start, end: start, children: Vec::new() };
         if self.string()? {
             node.end = self.at;
             return Ok(node);
@@ -160,7 +160,7 @@ impl<'a> Reader<'a> {
         Ok(node)
     }
 
-    fn children(&mut self, node: &mut Node, open: usize, close: char, depth: usize) -> Result<(), Broken> {
+    fn children(&mut self, node: &mut SyntaxNode, open: usize, close: char, depth: usize) -> Result<(), Broken> {
         loop {
             self.blank()?;
             match self.peek() {
@@ -195,19 +195,19 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn child(&mut self, depth: usize) -> Result<Child, Broken> {
+    fn child(&mut self, depth: usize) -> Result<SyntaxField, Broken> {
         let first = self.value(depth + 1)?;
         let back = self.at;
         self.blank()?;
         if self.peek() != Some(':') {
             self.at = back;
-            return Ok(Child { key: None, key_start: first.start, key_end: first.start, value: first });
+            return Ok(SyntaxField { key: None, key_start: first.start, key_end: first.start, value: first });
         }
         self.at += 1;
         self.blank()?;
         let value = self.value(depth + 1)?;
         let key = self.text[first.start..first.end].trim_matches('"').to_string();
-        Ok(Child { key: Some(key), key_start: first.start, key_end: first.end, value })
+        Ok(SyntaxField { key: Some(key), key_start: first.start, key_end: first.end, value })
     }
 
     /// Passes over a string, raw string or character, if one starts here.
@@ -250,8 +250,9 @@ impl<'a> Reader<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     #[test]
     fn a_path_leads_to_its_text() {

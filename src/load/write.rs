@@ -33,8 +33,8 @@ pub fn to_ron(scene: &Scene, target: Option<&Path>) -> String {
     }
     if !scene.entities.is_empty() {
         out.push_str("    entities: [\n");
-        for bag in &scene.entities {
-            let _ = writeln!(out, "        {},", line(&rebased(bag, &rebase)));
+        for desc in &scene.entities {
+            let _ = writeln!(out, "        {},", line(&rebased(desc, &rebase)));
         }
         out.push_str("    ],\n");
     }
@@ -55,19 +55,19 @@ fn line<T: Serialize + ?Sized>(value: &T) -> String {
     options().to_string_pretty(value, config).unwrap_or_default()
 }
 
-fn rebased<'a>(bag: &'a Bag, rebase: &impl Fn(&Text) -> Text) -> std::borrow::Cow<'a, Bag> {
-    let mut bag = std::borrow::Cow::Borrowed(bag);
-    if let Some(Component::Mesh(mesh)) = bag.get(Kind::Mesh)
+fn rebased<'a>(desc: &'a EntityDesc, rebase: &impl Fn(&Text) -> Text) -> std::borrow::Cow<'a, EntityDesc> {
+    let mut desc = std::borrow::Cow::Borrowed(desc);
+    if let Some(Component::Mesh(mesh)) = desc.get(Kind::Mesh)
         && let Some(file) = &mesh.file
     {
         let moved = Mesh { file: Some(rebase(file)), ..mesh.clone() };
-        bag.to_mut().put(moved.into());
+        desc.to_mut().put(moved.into());
     }
-    if let Some(Component::Texture(texture)) = bag.get(Kind::Texture) {
+    if let Some(Component::Texture(texture)) = desc.get(Kind::Texture) {
         let moved = Texture { image: texture.image.as_ref().map(rebase), ..texture.clone() };
-        bag.to_mut().put(moved.into());
+        desc.to_mut().put(moved.into());
     }
-    bag
+    desc
 }
 
 /// `file` as seen from `folder`; absolute if the two share no root.

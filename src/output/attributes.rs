@@ -3,13 +3,13 @@
 //! (OpenEXR file layout: magic number and version; attributes of name, type, length and value, behind the last of them a
 //! zero; the places of all blocks, counted from the start of the file; the blocks.)
 
-use super::png::Notes;
+use super::png::Metadata;
 
 /// Magic number, and version 2 of a plain picture: one part of scan lines with short names.
 const START: [u8; 8] = [0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0];
 
 /// Where the notes lie in a file, and what lies behind the header.
-struct Layout {
+struct ExrLayout {
     /// The length of the notes, before their text.
     length: usize,
     /// Behind the text.
@@ -26,11 +26,11 @@ fn word(bytes: &[u8], from: usize) -> Option<(&[u8], usize)> {
     Some((&rest[..length], from + length + 1))
 }
 
-fn layout(bytes: &[u8]) -> Option<Layout> {
+fn layout(bytes: &[u8]) -> Option<ExrLayout> {
     if !bytes.starts_with(&START) {
         return None;
     }
-    let (mut at, mut notes) = (START.len(), None);
+    let (mut at, mut metadata) = (START.len(), None);
     loop {
         let (name, behind) = word(bytes, at)?;
         if name.is_empty() {
@@ -41,37 +41,37 @@ fn layout(bytes: &[u8]) -> Option<Layout> {
         let size = u32::from_le_bytes(*bytes.get(length..)?.first_chunk()?);
         at = (length + 4).checked_add(size as usize)?;
         if name == b"comments" && kind == b"string" {
-            notes = Some((length, at));
+            metadata = Some((length, at));
         }
     }
-    let (length, end) = notes?;
+    let (length, end) = metadata?;
     // The blocks begin where their places end.
     let blocks = usize::try_from(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?)).ok()?;
     let is_table = blocks > at && (blocks - at) % 8 == 0 && blocks <= bytes.len();
-    is_table.then_some(Layout { length, end, table: at, blocks })
+    is_table.then_some(ExrLayout { length, end, table: at, blocks })
 }
 
 /// The notes as the text of the attribute.
-pub fn text_of(notes: &Notes) -> String {
-    let lines: Vec<String> = notes.iter().map(|(keyword, text)| format!("{keyword}: {text}")).collect();
+pub fn text_of(metadata: &Metadata) -> String {
+    let lines: Vec<String> = metadata.iter().map(|(keyword, text)| format!("{keyword}: {text}")).collect();
     lines.join("\n")
 }
 
 /// The same picture with other values of some of its notes: to the byte what encoding it with those would give.
 ///
 /// `None` if it is not a plain picture with such notes. Whether its blocks are whole is for others to see.
-pub fn with_notes(bytes: &[u8], notes: &Notes, changed: &Notes) -> Option<Vec<u8>> {
-    let Layout { length, end, table, blocks } = layout(bytes)?;
-    if bytes.get(length + 4..end)? != text_of(notes).as_bytes() {
+pub fn with_metadata(bytes: &[u8], metadata: &Metadata, changed: &Metadata) -> Option<Vec<u8>> {
+    let ExrLayout { length, end, table, blocks } = layout(bytes)?;
+    if bytes.get(length + 4..end)? != text_of(metadata).as_bytes() {
         return None;
     }
-    let mut notes = notes.clone();
-    for (keyword, text) in &mut notes {
+    let mut metadata = metadata.clone();
+    for (keyword, text) in &mut metadata {
         if let Some((_, other)) = changed.iter().find(|(known, _)| known == keyword) {
             text.clone_from(other);
         }
     }
-    let text = text_of(&notes);
+    let text = text_of(&metadata);
     let moved = (text.len() as u64).wrapping_sub((end - length - 4) as u64);
     let mut out = bytes[..length].to_vec();
     out.extend(u32::try_from(text.len()).ok()?.to_le_bytes());
@@ -96,22 +96,22 @@ mod tests {
     fn a_picture_with_other_notes_is_what_encoding_it_gives() {
         let mut film = Film { pixels: (0..3200).map(|i| [i as f32 / 1200.0, 0.3, 0.1]).collect(), ..Film::new(40, 80) };
         film.layers.make_room_for_features(3200);
-        let notes = |n: &str| -> Notes {
+        let metadata = |n: &str| -> Metadata {
             let note = |keyword: &str, text: &str| (keyword.to_string(), text.to_string());
             vec![note("Source", "\u{e4}.rhai"), note("Frame", n), note("Frames", "9")]
         };
         for (bit_depth, aovs) in [(16, vec![]), (32, vec![Aov::Depth, Aov::Normal])] {
             let render = Render { bit_depth, aovs, ..Render::default() };
-            let [one, other] = ["1", "123"].map(|n| encode_exr(&film, &render, &notes(n)).unwrap());
+            let [one, other] = ["1", "123"].map(|n| encode_exr(&film, &render, &metadata(n)).unwrap());
             let changed = vec![("Frame".into(), "123".into())];
-            assert!(with_notes(&one, &notes("1"), &changed) == Some(other.clone()));
-            assert!(with_notes(&other, &notes("123"), &vec![("Frame".into(), "1".into())]) == Some(one.clone()));
-            assert_eq!(read_exr_header(&one).unwrap().notes, notes("1"));
-            assert_eq!(with_notes(&one, &notes("2"), &changed), None);
+            assert!(with_metadata(&one, &metadata("1"), &changed) == Some(other.clone()));
+            assert!(with_metadata(&other, &metadata("123"), &vec![("Frame".into(), "1".into())]) == Some(one.clone()));
+            assert_eq!(read_exr_header(&one).unwrap().metadata, metadata("1"));
+            assert_eq!(with_metadata(&one, &metadata("2"), &changed), None);
             for cut in 0..one.len().min(600) {
-                let _ = with_notes(&one[..cut], &notes("1"), &changed);
+                let _ = with_metadata(&one[..cut], &metadata("1"), &changed);
             }
         }
-        assert_eq!(with_notes(b"", &notes("1"), &notes("2")), None);
+        assert_eq!(with_metadata(b"", &metadata("1"), &metadata("2")), None);
     }
 }

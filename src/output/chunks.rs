@@ -2,7 +2,7 @@
 //!
 //! (PNG specification, third edition, chapter 5: length, type, data, and a CRC over type and data.)
 
-use super::png::{self, Notes};
+use super::png::{self, Metadata};
 
 const SIGNATURE: [u8; 8] = [0x89, b'P', b'N', b'G', b'\r', b'\n', 0x1a, b'\n'];
 
@@ -31,15 +31,15 @@ fn chunks(bytes: &[u8]) -> Option<Vec<Chunk<'_>>> {
 }
 
 /// The notes of a PNG file of which every chunk is whole.
-pub fn sound_notes(bytes: &[u8]) -> Option<Notes> {
+pub fn checked_metadata(bytes: &[u8]) -> Option<Metadata> {
     chunks(bytes)?;
-    png::read_notes(bytes).map(|(_, notes)| notes)
+    png::read_png_metadata(bytes).map(|(_, metadata)| metadata)
 }
 
 /// The same picture with other values of some of its notes: to the byte what encoding it with those would give.
 ///
 /// `None` if it is not a whole PNG file.
-pub fn with_notes(bytes: &[u8], changed: &Notes) -> Option<Vec<u8>> {
+pub fn with_metadata(bytes: &[u8], changed: &Metadata) -> Option<Vec<u8>> {
     let mut out = SIGNATURE.to_vec();
     for chunk in chunks(bytes)? {
         let known = changed.iter().find(|(keyword, _)| {
@@ -48,7 +48,7 @@ pub fn with_notes(bytes: &[u8], changed: &Notes) -> Option<Vec<u8>> {
             }
         });
         match known {
-            Some((keyword, text)) => put_note(&mut out, keyword, text),
+            Some((keyword, text)) => write_itxt(&mut out, keyword, text),
             None => out.extend(chunk.bytes),
         }
     }
@@ -56,7 +56,7 @@ pub fn with_notes(bytes: &[u8], changed: &Notes) -> Option<Vec<u8>> {
 }
 
 /// An uncompressed note without a language (chapter 11.3.3.4).
-fn put_note(out: &mut Vec<u8>, keyword: &str, text: &str) {
+fn write_itxt(out: &mut Vec<u8>, keyword: &str, text: &str) {
     let data = [b"iTXt", keyword.as_bytes(), b"\0\0\0\0\0", text.as_bytes()].concat();
     out.extend((data.len() as u32 - 4).to_be_bytes());
     out.extend(&data);
@@ -73,18 +73,18 @@ mod tests {
     #[test]
     fn a_picture_with_other_notes_is_what_encoding_it_gives() {
         let film = Film { pixels: (0..1200).map(|i| [i as f32 / 1200.0, 0.3, 0.1]).collect(), ..Film::new(40, 30) };
-        let notes = |n: &str| -> Notes {
+        let metadata = |n: &str| -> Metadata {
             let note = |keyword: &str, text: &str| (keyword.to_string(), text.to_string());
             vec![note("Source", "\u{e4}.rhai"), note("Frame", n), note("Frames", "9")]
         };
         for bit_depth in [8, 16] {
             let render = Render { bit_depth, ..Render::default() };
-            let one = encode_png(&film, &render, &notes("1")).unwrap();
-            let other = encode_png(&film, &render, &notes("123")).unwrap();
-            assert_eq!(with_notes(&one, &vec![("Frame".into(), "123".into())]), Some(other));
-            assert_eq!(sound_notes(&one), Some(notes("1")));
-            assert_eq!(with_notes(&one[..one.len() - 1], &notes("2")), None);
+            let one = encode_png(&film, &render, &metadata("1")).unwrap();
+            let other = encode_png(&film, &render, &metadata("123")).unwrap();
+            assert_eq!(with_metadata(&one, &vec![("Frame".into(), "123".into())]), Some(other));
+            assert_eq!(checked_metadata(&one), Some(metadata("1")));
+            assert_eq!(with_metadata(&one[..one.len() - 1], &metadata("2")), None);
         }
-        assert_eq!(sound_notes(b""), None);
+        assert_eq!(checked_metadata(b""), None);
     }
 }

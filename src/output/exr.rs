@@ -11,7 +11,7 @@ use ::exr::prelude::{
     ReadChannels, ReadLayers, Text, WritableImage, f16, read,
 };
 
-use super::Notes;
+use super::Metadata;
 use super::attributes::text_of;
 use crate::base::limits;
 use crate::components::{Aov, Render};
@@ -32,7 +32,7 @@ const LAYERS: [Aov; 8] =
 ///
 /// # Errors
 /// What the format cannot hold.
-pub fn encode_exr(film: &Film, render: &Render, notes: &Notes) -> Result<Vec<u8>, String> {
+pub fn encode_exr(film: &Film, render: &Render, metadata: &Metadata) -> Result<Vec<u8>, String> {
     let colors = &film.pixels;
     let mut channels: Vec<AnyChannel<FlatSamples>> = Vec::new();
     for (axis, name) in ["R", "G", "B"].into_iter().enumerate() {
@@ -52,7 +52,7 @@ pub fn encode_exr(film: &Film, render: &Render, notes: &Notes) -> Result<Vec<u8>
         }
     }
     // One attribute for all notes: the crate writes several in an order that changes from run to run.
-    let comments = Some(Text::from_slice_unchecked(text_of(notes).as_bytes()));
+    let comments = Some(Text::from_slice_unchecked(text_of(metadata).as_bytes()));
     let attributes = LayerAttributes { comments, ..LayerAttributes::default() };
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
@@ -90,7 +90,7 @@ pub struct ExrFile {
     pub size: [u32; 2],
     /// Names of all channels, in the file's order.
     pub channels: Vec<String>,
-    pub notes: Notes,
+    pub metadata: Metadata,
 }
 
 /// Whether these are the bytes of an EXR file.
@@ -121,9 +121,9 @@ pub fn read_exr_header(bytes: &[u8]) -> Result<ExrFile, String> {
     let text = |text: &Text| String::from_utf8_lossy(text.as_slice()).into_owned();
     let comments = header.own_attributes.comments.as_ref().map(text).unwrap_or_default();
     let note = |line: &str| line.split_once(": ").map(|(keyword, text)| (keyword.to_string(), text.to_string()));
-    let notes = comments.lines().filter_map(note).collect();
+    let metadata = comments.lines().filter_map(note).collect();
     let channels = header.channels.list.iter().map(|c| text(&c.name)).collect();
-    Ok(ExrFile { size: [width, height], channels, notes })
+    Ok(ExrFile { size: [width, height], channels, metadata })
 }
 
 /// The linear colours of an EXR file, top row first.
@@ -166,8 +166,8 @@ mod tests {
         film.pixels.iter_mut().enumerate().for_each(|(i, p)| *p = [i as f32, 0.1, 1e9]);
         film.layers.make_room_for_features(19 * 18);
         let render = Render { aovs: vec![Aov::Entity, Aov::Depth], ..Render::default() };
-        let notes: Notes = vec![("Source".into(), "schön: 雪.rhai".into()), ("Frame".into(), "7".into())];
-        encode_exr(&film, &render, &notes).unwrap()
+        let metadata: Metadata = vec![("Source".into(), "schön: 雪.rhai".into()), ("Frame".into(), "7".into())];
+        encode_exr(&film, &render, &metadata).unwrap()
     }
 
     #[test]
@@ -182,7 +182,7 @@ mod tests {
         );
         let header = read_exr_header(&bytes).unwrap();
         assert_eq!(header.channels, ["B", "G", "R", "Z", "entityId"]);
-        assert_eq!(header.notes[0], ("Source".to_string(), "schön: 雪.rhai".to_string()));
+        assert_eq!(header.metadata[0], ("Source".to_string(), "schön: 雪.rhai".to_string()));
     }
 
     #[test]

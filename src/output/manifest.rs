@@ -21,7 +21,7 @@ pub const NAME: &str = ".anim-manifest.jsonl";
 
 /// What a frame's file holds, beside its pixels.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Making {
+pub struct Provenance {
     /// File name of the script or scene.
     pub source: String,
     pub frame: u32,
@@ -36,7 +36,7 @@ pub struct Entry {
     /// Relative to the manifest's folder.
     pub file: String,
     #[serde(flatten)]
-    pub making: Making,
+    pub provenance: Provenance,
     pub bytes: u64,
     /// Digest of the file's bytes.
     #[serde(with = "hex")]
@@ -44,9 +44,10 @@ pub struct Entry {
 }
 
 mod hex {
-    use crate::base::digest::Digest;
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serializer};
+
+    use crate::base::digest::Digest;
 
     pub fn serialize<S: Serializer>(digest: &Digest, s: S) -> Result<S::Ok, S::Error> {
         s.collect_str(digest)
@@ -94,9 +95,9 @@ impl Manifest {
     ///
     /// # Errors
     /// The manifest cannot be written.
-    pub fn add(&self, file: &Path, making: &Making, bytes: &[u8]) -> Result<(), Diagnostic> {
+    pub fn add(&self, file: &Path, provenance: &Provenance, bytes: &[u8]) -> Result<(), Diagnostic> {
         let checksum = Digest::of(bytes);
-        let entry = Entry { file: self.key(file), making: making.clone(), bytes: bytes.len() as u64, checksum };
+        let entry = Entry { file: self.key(file), provenance: provenance.clone(), bytes: bytes.len() as u64, checksum };
         let path = self.folder.join(NAME);
         let failed = |error: std::io::Error| Diagnostic::io(path.display(), "write", &error);
         let mut log = OpenOptions::new().append(true).create(true).open(&path).map_err(failed)?;
@@ -123,8 +124,8 @@ fn line(entry: &Entry) -> String {
 mod tests {
     use super::*;
 
-    fn making(frame: u32) -> Making {
-        Making { source: "a.rhai".into(), frame, hash: Digest(u128::from(frame)) }
+    fn provenance(frame: u32) -> Provenance {
+        Provenance { source: "a.rhai".into(), frame, hash: Digest(u128::from(frame)) }
     }
 
     #[test]
@@ -133,24 +134,24 @@ mod tests {
         let file = |frame: u32| folder.path().join(format!("a.{frame}.png"));
         let manifest = Manifest::read(folder.path());
         assert_eq!(manifest.get(&file(1)), None);
-        manifest.add(&file(1), &making(1), b"one").unwrap();
-        manifest.add(&file(2), &making(2), b"two").unwrap();
-        manifest.add(&file(1), &making(3), b"three").unwrap();
+        manifest.add(&file(1), &provenance(1), b"one").unwrap();
+        manifest.add(&file(2), &provenance(2), b"two").unwrap();
+        manifest.add(&file(1), &provenance(3), b"three").unwrap();
         let again = Manifest::read(folder.path());
         let first = again.get(&file(1)).unwrap();
-        assert_eq!((first.making.frame, first.bytes, first.checksum), (3, 5, Digest::of(b"three")));
-        assert_eq!(again.get(&file(2)).unwrap().making, making(2));
+        assert_eq!((first.provenance.frame, first.bytes, first.checksum), (3, 5, Digest::of(b"three")));
+        assert_eq!(again.get(&file(2)).unwrap().provenance, provenance(2));
     }
 
     #[test]
     fn a_line_that_was_cut_short_spoils_no_other() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(NAME);
-        Manifest::read(folder.path()).add(&folder.path().join("a"), &making(1), b"x").unwrap();
+        Manifest::read(folder.path()).add(&folder.path().join("a"), &provenance(1), b"x").unwrap();
         let whole = std::fs::read(&path).unwrap();
         for cut in 0..whole.len() {
             std::fs::write(&path, [&whole[..], &whole[..cut]].concat()).unwrap();
-            Manifest::read(folder.path()).add(&folder.path().join("b"), &making(2), b"y").unwrap();
+            Manifest::read(folder.path()).add(&folder.path().join("b"), &provenance(2), b"y").unwrap();
             let read = Manifest::read(folder.path());
             assert!(read.get(&folder.path().join("a")).is_some() && read.get(&folder.path().join("b")).is_some());
         }
@@ -163,7 +164,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(NAME);
         let manifest = Manifest::read(folder.path());
-        manifest.add(&folder.path().join("a"), &making(1), b"x").unwrap();
+        manifest.add(&folder.path().join("a"), &provenance(1), b"x").unwrap();
         let one = std::fs::read_to_string(&path).unwrap();
         std::fs::write(&path, one.repeat(2_000)).unwrap();
         assert!(Manifest::read(folder.path()).get(&folder.path().join("a")).is_some());

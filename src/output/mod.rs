@@ -11,13 +11,13 @@ pub mod names;
 mod png;
 mod state;
 
-pub use exr::{ExrFile, encode_exr, is_exr, read_exr, read_exr_header};
-pub use png::{Notes, encode_png, read_notes, settings_note};
-pub use state::{State, look, making_notes, renamed};
-
 use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::Path;
+
+pub use exr::{ExrFile, encode_exr, is_exr, read_exr, read_exr_header};
+pub use png::{Metadata, encode_png, read_png_metadata, settings_text};
+pub use state::{FileState, inspect, provenance_metadata, relabelled};
 
 use crate::base::diagnostics::Diagnostic;
 

@@ -3,17 +3,17 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
-use super::chunks::sound_notes;
+use super::chunks::checked_metadata;
 use super::exr::{is_exr, read_exr, read_exr_header};
-use super::manifest::{Entry, Making};
-use super::png::read_notes;
-use super::{Notes, attributes, chunks};
+use super::manifest::{Entry, Provenance};
+use super::png::read_png_metadata;
+use super::{Metadata, attributes, chunks};
 use crate::base::digest::Digest;
 use crate::base::{files, limits};
 
 /// What is found under a frame's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State {
+pub enum FileState {
     /// The frame as it would be rendered now, to the byte.
     Done,
     /// A picture of another content, as an edit leaves it.
@@ -25,70 +25,76 @@ pub enum State {
     Foreign,
 }
 
-impl State {
+impl FileState {
     pub fn word(self) -> &'static str {
         match self {
-            State::Done => "done",
-            State::Stale => "stale",
-            State::Missing => "missing",
-            State::Corrupt => "corrupt",
-            State::Foreign => "foreign",
+            FileState::Done => "done",
+            FileState::Stale => "stale",
+            FileState::Missing => "missing",
+            FileState::Corrupt => "corrupt",
+            FileState::Foreign => "foreign",
         }
     }
 }
 
 /// The notes by which a picture says what it is; a frame's file starts with them.
-pub fn making_notes(making: &Making) -> Notes {
+pub fn provenance_metadata(provenance: &Provenance) -> Metadata {
     let note = |keyword: &str, text: String| (keyword.to_string(), text);
     vec![
         note("Software", concat!("anim ", env!("CARGO_PKG_VERSION")).into()),
-        note("Source", making.source.clone()),
-        note("Frame", making.frame.to_string()),
-        note("Hash", making.hash.to_string()),
+        note("Source", provenance.source.clone()),
+        note("Frame", provenance.frame.to_string()),
+        note("Hash", provenance.hash.to_string()),
     ]
 }
 
 /// The file of a frame made from that of one with the same pixels: to the byte what rendering it would give.
 ///
 /// `None` if the file is not a whole picture of the same content.
-pub fn renamed(bytes: &[u8], making: &Making) -> Option<Vec<u8>> {
-    let (notes, wanted) = (whole_notes(bytes)?, making_notes(making));
-    if !notes.iter().any(|(keyword, text)| keyword == "Hash" && *text == making.hash.to_string()) {
+pub fn relabelled(bytes: &[u8], provenance: &Provenance) -> Option<Vec<u8>> {
+    let (metadata, wanted) = (metadata_of_whole_file(bytes)?, provenance_metadata(provenance));
+    if !metadata.iter().any(|(keyword, text)| keyword == "Hash" && *text == provenance.hash.to_string()) {
         return None;
     }
-    if is_exr(bytes) { attributes::with_notes(bytes, &notes, &wanted) } else { chunks::with_notes(bytes, &wanted) }
+    if is_exr(bytes) {
+        attributes::with_metadata(bytes, &metadata, &wanted)
+    } else {
+        chunks::with_metadata(bytes, &wanted)
+    }
 }
 
 /// Looks at all bytes of the file: time stamps are not trusted.
 ///
 /// The manifest's word for them is enough; without it the picture itself must be whole and say what it is.
-pub fn look(path: &Path, known: Option<&Entry>, wanted: &Making) -> State {
+pub fn inspect(path: &Path, known: Option<&Entry>, wanted: &Provenance) -> FileState {
     if std::fs::metadata(path).is_err_and(|e| e.kind() == ErrorKind::NotFound) {
-        return State::Missing;
+        return FileState::Missing;
     }
-    let Ok(bytes) = files::read_bytes(path, limits::FRAME_FILE_BYTES) else { return State::Foreign };
+    let Ok(bytes) = files::read_bytes(path, limits::FRAME_FILE_BYTES) else { return FileState::Foreign };
     let as_known = |entry: &&Entry| entry.bytes == bytes.len() as u64 && entry.checksum == Digest::of(&bytes);
     let recorded = known.filter(as_known);
     if let Some(entry) = recorded {
-        return if entry.making == *wanted { State::Done } else { State::Stale };
+        return if entry.provenance == *wanted { FileState::Done } else { FileState::Stale };
     }
-    match whole_notes(&bytes) {
-        Some(notes) if notes.starts_with(&making_notes(wanted)) => State::Done,
-        Some(notes) if notes.iter().any(|(keyword, _)| keyword == "Hash") => State::Stale,
-        Some(_) => State::Foreign,
-        None if known.is_some() || read_notes(&bytes).is_some() || read_exr_header(&bytes).is_ok() => State::Corrupt,
-        None => State::Foreign,
+    match metadata_of_whole_file(&bytes) {
+        Some(metadata) if metadata.starts_with(&provenance_metadata(wanted)) => FileState::Done,
+        Some(metadata) if metadata.iter().any(|(keyword, _)| keyword == "Hash") => FileState::Stale,
+        Some(_) => FileState::Foreign,
+        None if known.is_some() || read_png_metadata(&bytes).is_some() || read_exr_header(&bytes).is_ok() => {
+            FileState::Corrupt
+        }
+        None => FileState::Foreign,
     }
 }
 
 /// The notes of a picture that is whole. Of an EXR file all blocks are unpacked, since the sums that tell damage are
 /// inside of them.
-fn whole_notes(bytes: &[u8]) -> Option<Notes> {
+fn metadata_of_whole_file(bytes: &[u8]) -> Option<Metadata> {
     if !is_exr(bytes) {
-        return sound_notes(bytes);
+        return checked_metadata(bytes);
     }
     read_exr(bytes).ok()?;
-    read_exr_header(bytes).ok().map(|file| file.notes)
+    read_exr_header(bytes).ok().map(|file| file.metadata)
 }
 
 #[cfg(test)]
@@ -102,64 +108,67 @@ mod tests {
     fn damage_anywhere_is_seen_with_and_without_a_manifest() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
-        let making = Making { source: "a.rhai".into(), frame: 3, hash: Digest(77) };
+        let provenance = Provenance { source: "a.rhai".into(), frame: 3, hash: Digest(77) };
         let film = Film { pixels: vec![[0.1, 0.5, 0.9]; 6], ..Film::new(3, 2) };
-        let bytes = encode_png(&film, &Render::default(), &making_notes(&making)).unwrap();
+        let bytes = encode_png(&film, &Render::default(), &provenance_metadata(&provenance)).unwrap();
         let entry = Entry {
             file: "a.png".into(),
-            making: making.clone(),
+            provenance: provenance.clone(),
             bytes: bytes.len() as u64,
             checksum: Digest::of(&bytes),
         };
         let looks = |bytes: &[u8], known: Option<&Entry>| {
             std::fs::write(&path, bytes).unwrap();
-            look(&path, known, &making)
+            inspect(&path, known, &provenance)
         };
-        assert_eq!(look(&path, Some(&entry), &making), State::Missing);
+        assert_eq!(inspect(&path, Some(&entry), &provenance), FileState::Missing);
         for known in [None, Some(&entry)] {
-            assert_eq!(looks(&bytes, known), State::Done);
+            assert_eq!(looks(&bytes, known), FileState::Done);
             for at in 0..bytes.len() {
                 let mut damaged = bytes.clone();
                 damaged[at] ^= 0x10;
-                assert!(matches!(looks(&damaged, known), State::Corrupt | State::Foreign), "byte {at}");
-                assert!(matches!(looks(&bytes[..at], known), State::Corrupt | State::Foreign), "cut at {at}");
+                assert!(matches!(looks(&damaged, known), FileState::Corrupt | FileState::Foreign), "byte {at}");
+                assert!(matches!(looks(&bytes[..at], known), FileState::Corrupt | FileState::Foreign), "cut at {at}");
             }
-            assert_ne!(looks(&[&bytes[..], b"x"].concat(), known), State::Done);
+            assert_ne!(looks(&[&bytes[..], b"x"].concat(), known), FileState::Done);
         }
-        let other = Making { hash: Digest(78), ..making.clone() };
-        let edited = encode_png(&film, &Render::default(), &making_notes(&other)).unwrap();
-        assert_eq!(looks(&edited, None), State::Stale);
-        assert_eq!(looks(&edited, Some(&entry)), State::Stale);
-        let another_frame = Making { frame: 4, ..making.clone() };
-        let renamed = encode_png(&film, &Render::default(), &making_notes(&another_frame)).unwrap();
-        assert_eq!(looks(&renamed, None), State::Stale);
-        let plain = encode_png(&film, &Render::default(), &Notes::new()).unwrap();
-        assert_eq!(looks(&plain, None), State::Foreign);
+        let other = Provenance { hash: Digest(78), ..provenance.clone() };
+        let edited = encode_png(&film, &Render::default(), &provenance_metadata(&other)).unwrap();
+        assert_eq!(looks(&edited, None), FileState::Stale);
+        assert_eq!(looks(&edited, Some(&entry)), FileState::Stale);
+        let another_frame = Provenance { frame: 4, ..provenance.clone() };
+        let relabelled = encode_png(&film, &Render::default(), &provenance_metadata(&another_frame)).unwrap();
+        assert_eq!(looks(&relabelled, None), FileState::Stale);
+        let plain = encode_png(&film, &Render::default(), &Metadata::new()).unwrap();
+        assert_eq!(looks(&plain, None), FileState::Foreign);
         std::fs::remove_file(&path).unwrap();
         std::fs::create_dir(&path).unwrap();
-        assert_eq!(look(&path, None, &making), State::Foreign);
+        assert_eq!(inspect(&path, None, &provenance), FileState::Foreign);
     }
 
     #[test]
     fn damage_of_an_exr_file_is_seen_without_a_manifest_too() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
-        let making = Making { source: "a.rhai".into(), frame: 3, hash: Digest(77) };
+        let provenance = Provenance { source: "a.rhai".into(), frame: 3, hash: Digest(77) };
         let pixels = (0..2400).map(|i| [i as f32 / 7.0, 1.0 / (i + 1) as f32, 0.5]).collect();
         let film = Film { pixels, ..Film::new(60, 40) };
-        let bytes = encode_exr(&film, &Render::default(), &making_notes(&making)).unwrap();
+        let bytes = encode_exr(&film, &Render::default(), &provenance_metadata(&provenance)).unwrap();
         let looks = |bytes: &[u8]| {
             std::fs::write(&path, bytes).unwrap();
-            look(&path, None, &making)
+            inspect(&path, None, &provenance)
         };
-        assert_eq!(looks(&bytes), State::Done);
+        assert_eq!(looks(&bytes), FileState::Done);
         for at in (bytes.len() / 2..bytes.len()).step_by(97) {
             let mut damaged = bytes.clone();
             damaged[at] ^= 0x10;
-            assert_ne!(looks(&damaged), State::Done, "byte {at} of {}", bytes.len());
-            assert_ne!(looks(&bytes[..at]), State::Done, "cut at {at}");
+            assert_ne!(looks(&damaged), FileState::Done, "byte {at} of {}", bytes.len());
+            assert_ne!(looks(&bytes[..at]), FileState::Done, "cut at {at}");
         }
-        let other = Making { hash: Digest(78), ..making.clone() };
-        assert_eq!(looks(&encode_exr(&film, &Render::default(), &making_notes(&other)).unwrap()), State::Stale);
+        let other = Provenance { hash: Digest(78), ..provenance.clone() };
+        assert_eq!(
+            looks(&encode_exr(&film, &Render::default(), &provenance_metadata(&other)).unwrap()),
+            FileState::Stale
+        );
     }
 }

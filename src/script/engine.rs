@@ -79,14 +79,19 @@ pub const FUNCTIONS: &[&str] = &[
 
 /// What the top level of a script has said.
 #[derive(Default)]
-pub struct Top {
+pub struct TopLevel {
     pub header: Option<Header>,
     /// The top level has run: `animation` comes too late now.
     closed: bool,
 }
 
 /// An engine for one script. `constants` are seen from every function, once they are filled in.
-pub fn new(folder: &Path, defines: &[(String, String)], top: &Arc<Mutex<Top>>, constants: &Arc<Mutex<Map>>) -> Engine {
+pub fn new(
+    folder: &Path,
+    defines: &[(String, String)],
+    top: &Arc<Mutex<TopLevel>>,
+    constants: &Arc<Mutex<Map>>,
+) -> Engine {
     let mut engine = Engine::new_raw();
     CorePackage::new().register_into_engine(&mut engine);
     LogicPackage::new().register_into_engine(&mut engine);
@@ -116,7 +121,7 @@ pub fn freeze(engine: &mut Engine) {
     });
 }
 
-fn animation(top: &Mutex<Top>, map: &Map) -> Fallible<()> {
+fn animation(top: &Mutex<TopLevel>, map: &Map) -> Fallible<()> {
     let header = Header::read(map)?;
     let mut top = top.lock().unwrap_or_else(PoisonError::into_inner);
     if top.header.is_some() || top.closed {

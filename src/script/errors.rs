@@ -23,12 +23,12 @@ pub fn complain<T>(message: impl Into<String>, help: Option<String>) -> Fallible
 }
 
 /// The script as text, for the places of its mistakes.
-pub struct Source {
+pub struct ScriptSource {
     pub file: Arc<str>,
     pub text: String,
 }
 
-impl Source {
+impl ScriptSource {
     fn place(&self, at: Position) -> Place {
         match (at.line(), at.position()) {
             (Some(line), column) => {

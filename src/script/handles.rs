@@ -22,11 +22,11 @@ pub struct SceneHandle {
 
 /// The entities of a scene by name: `s.get("hero")`.
 #[derive(Clone)]
-struct Entities(SceneHandle);
+struct EntityLookup(SceneHandle);
 
 /// The materials of a scene by name: `s.material("brass")`.
 #[derive(Clone)]
-struct Materials(SceneHandle);
+struct MaterialLookup(SceneHandle);
 
 /// One entity.
 #[derive(Clone)]
@@ -39,11 +39,11 @@ pub struct EntityHandle {
 #[derive(Clone)]
 pub struct RecordHandle {
     scene: SceneHandle,
-    place: Place,
+    place: RecordPath,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Place {
+enum RecordPath {
     Camera,
     Render,
     Material(usize),
@@ -74,7 +74,7 @@ impl SceneHandle {
         EntityHandle { scene: self.clone(), index }
     }
 
-    fn record(&self, place: Place) -> RecordHandle {
+    fn record(&self, place: RecordPath) -> RecordHandle {
         RecordHandle { scene: self.clone(), place }
     }
 
@@ -94,7 +94,7 @@ impl SceneHandle {
 
     fn material(&mut self, name: &str) -> Fallible<RecordHandle> {
         match known_material(&self.lock(), name) {
-            Ok(index) => Ok(self.record(Place::Material(index))),
+            Ok(index) => Ok(self.record(RecordPath::Material(index))),
             Err(error) => Err(error),
         }
     }
@@ -112,25 +112,25 @@ impl SceneHandle {
         }
         let index = overlay.add_material(name.into(), material);
         drop(overlay);
-        Ok(self.record(Place::Material(index)))
+        Ok(self.record(RecordPath::Material(index)))
     }
 
     fn spawn(&mut self, parts: Map) -> Fallible<EntityHandle> {
-        let mut bag = Bag::default();
+        let mut desc = EntityDesc::default();
         if let Some(name) = parts.get("name") {
-            bag.name = Some(text(name, "`name` of a new entity")?);
+            desc.name = Some(text(name, "`name` of a new entity")?);
         }
         let index = {
             let mut overlay = self.lock();
             if overlay.count() >= limits::ENTITIES || overlay.spawned() >= limits::SCRIPT_SPAWNS {
                 return complain(format!("more than {} entities spawned", overlay.spawned()), None);
             }
-            if let Some(name) = bag.name.as_deref()
+            if let Some(name) = desc.name.as_deref()
                 && overlay.find(name).is_some()
             {
                 return complain(format!("there is already an entity `{name}`"), None);
             }
-            overlay.spawn(bag)
+            overlay.spawn(desc)
         };
         let mut entity = self.entity(index);
         for (key, value) in parts.iter().filter(|(key, _)| *key != "name") {
@@ -194,12 +194,12 @@ impl RecordHandle {
     fn owner(&self) -> String {
         let overlay = self.scene.lock();
         match self.place {
-            Place::Camera => "the camera".into(),
-            Place::Render => "the render settings".into(),
-            Place::Material(index) => {
+            RecordPath::Camera => "the camera".into(),
+            RecordPath::Render => "the render settings".into(),
+            RecordPath::Material(index) => {
                 overlay.material(index).map_or_else(String::new, |(name, _)| format!("material `{name}`"))
             }
-            Place::Component(entity, kind) => format!("{} of {}", kind.name(), overlay.label(entity)),
+            RecordPath::Component(entity, kind) => format!("{} of {}", kind.name(), overlay.label(entity)),
         }
     }
 
@@ -207,10 +207,10 @@ impl RecordHandle {
         let overlay = self.scene.lock();
         let look = |record: &dyn Record| (record.get(field), record.fields());
         let (value, known) = match self.place {
-            Place::Camera => look(overlay.camera()),
-            Place::Render => look(overlay.render()),
-            Place::Material(index) => overlay.material(index).map_or((None, &[][..]), |(_, m)| look(m)),
-            Place::Component(entity, kind) => {
+            RecordPath::Camera => look(overlay.camera()),
+            RecordPath::Render => look(overlay.render()),
+            RecordPath::Material(index) => overlay.material(index).map_or((None, &[][..]), |(_, m)| look(m)),
+            RecordPath::Component(entity, kind) => {
                 overlay.component(entity, kind).map_or((None, &[][..]), |c| look(c.record()))
             }
         };
@@ -228,7 +228,7 @@ impl RecordHandle {
         let owner = self.owner();
         let mut overlay = self.scene.lock();
         match self.place {
-            Place::Camera => {
+            RecordPath::Camera => {
                 let mut camera = overlay.camera().clone();
                 set_field(&mut camera, field, &value, &owner)?;
                 if let (Some(Focus::Entity(name)), "focus") = (&camera.focus, field) {
@@ -237,20 +237,20 @@ impl RecordHandle {
                 // Position and target may pass through each other on the way: the whole is checked with the frame.
                 overlay.set_camera(camera);
             }
-            Place::Render => {
+            RecordPath::Render => {
                 let mut render = overlay.render().clone();
                 set_field(&mut render, field, &value, &owner)?;
                 checked(&render, &owner)?;
                 overlay.set_render(render);
             }
-            Place::Material(index) => {
+            RecordPath::Material(index) => {
                 let Some((_, material)) = overlay.material(index) else { return Ok(()) };
                 let mut material = material.clone();
                 set_field(&mut material, field, &value, &owner)?;
                 checked(&material, &owner)?;
                 overlay.set_material(index, material);
             }
-            Place::Component(entity, kind) => {
+            RecordPath::Component(entity, kind) => {
                 let Some(component) = overlay.component(entity, kind) else {
                     return complain(format!("{owner} was taken off"), None);
                 };
@@ -311,7 +311,7 @@ impl EntityHandle {
 
     fn unknown<T>(&self, property: &str) -> Fallible<T> {
         let own = TRANSFORM_FIELDS.into_iter().chain(ANGLES.map(|a| a.0)).chain(["color"]);
-        let help = suggestion(property, own.chain(Bag::keys()));
+        let help = suggestion(property, own.chain(EntityDesc::keys()));
         complain(format!("unknown property `{property}` of {}", self.label()), help)
     }
 
@@ -324,15 +324,15 @@ impl EntityHandle {
             return Ok(self.transform().rotation[*axis].into());
         }
         if let ("color", Some(kind)) = (property, self.light()) {
-            return self.scene.record(Place::Component(self.index, kind)).get("color");
+            return self.scene.record(RecordPath::Component(self.index, kind)).get("color");
         }
         let overlay = self.scene.lock();
         match property {
             "name" => return Ok(overlay.name(self.index).map_or(Dynamic::UNIT, |n| to_dynamic(Value::Text(n)))),
             "tags" => return Ok(to_dynamic(overlay.tags(self.index).to_vec().to_value())),
             "material" => {
-                let worn = overlay.component(self.index, Kind::MaterialName);
-                return Ok(worn.and_then(|c| c.record().get("name")).map_or(Dynamic::UNIT, to_dynamic));
+                let material = overlay.component(self.index, Kind::MaterialName);
+                return Ok(material.and_then(|c| c.record().get("name")).map_or(Dynamic::UNIT, to_dynamic));
             }
             _ => {}
         }
@@ -346,7 +346,7 @@ impl EntityHandle {
             let transform = self.transform();
             self.scene.lock().put(self.index, transform.into());
         }
-        Ok(if has { Dynamic::from(self.scene.record(Place::Component(self.index, kind))) } else { Dynamic::UNIT })
+        Ok(if has { Dynamic::from(self.scene.record(RecordPath::Component(self.index, kind))) } else { Dynamic::UNIT })
     }
 
     fn set(&mut self, property: &str, value: Dynamic) -> Fallible<()> {
@@ -362,7 +362,7 @@ impl EntityHandle {
             return self.put(transform.into());
         }
         if let ("color", Some(kind)) = (property, self.light()) {
-            return self.scene.record(Place::Component(self.index, kind)).set("color", value);
+            return self.scene.record(RecordPath::Component(self.index, kind)).set("color", value);
         }
         match property {
             "name" => return complain("an entity's name cannot be changed", None),
@@ -396,10 +396,10 @@ impl EntityHandle {
             return Ok(());
         }
         if let Some(handle) = value.clone().try_cast::<RecordHandle>() {
-            if handle.place == Place::Component(self.index, kind) {
+            if handle.place == RecordPath::Component(self.index, kind) {
                 return Ok(());
             }
-            let Place::Component(other, other_kind) = handle.place else {
+            let RecordPath::Component(other, other_kind) = handle.place else {
                 return complain(format!("expected a {}", kind.name()), None);
             };
             let copied = self.scene.lock().component(other, other_kind).cloned();
@@ -432,9 +432,9 @@ impl EntityHandle {
 pub fn register(engine: &mut Engine) {
     engine
         .register_type_with_name::<SceneHandle>("Scene")
-        .register_get("camera", |s: &mut SceneHandle| s.record(Place::Camera))
+        .register_get("camera", |s: &mut SceneHandle| s.record(RecordPath::Camera))
         .register_set("camera", |_: &mut SceneHandle, _: RecordHandle| {})
-        .register_get("render", |s: &mut SceneHandle| s.record(Place::Render))
+        .register_get("render", |s: &mut SceneHandle| s.record(RecordPath::Render))
         .register_set("render", |_: &mut SceneHandle, _: RecordHandle| {})
         .register_get("rng", |s: &mut SceneHandle| s.rng.clone())
         .register_fn("get", SceneHandle::get)
@@ -474,12 +474,12 @@ pub fn register(engine: &mut Engine) {
 /// `s.get("hero")` and `s.material("brass")` as what they are read as: index expressions, which can be assigned to.
 fn register_lookups(engine: &mut Engine) {
     engine
-        .register_get("get", |s: &mut SceneHandle| Entities(s.clone()))
-        .register_set("get", |_: &mut SceneHandle, _: Entities| {})
-        .register_indexer_get(|all: &mut Entities, name: ImmutableString| all.0.get(&name))
-        .register_indexer_set(|_: &mut Entities, _: ImmutableString, _: EntityHandle| {})
-        .register_get("material", |s: &mut SceneHandle| Materials(s.clone()))
-        .register_set("material", |_: &mut SceneHandle, _: Materials| {})
-        .register_indexer_get(|all: &mut Materials, name: ImmutableString| all.0.material(&name))
-        .register_indexer_set(|_: &mut Materials, _: ImmutableString, _: RecordHandle| {});
+        .register_get("get", |s: &mut SceneHandle| EntityLookup(s.clone()))
+        .register_set("get", |_: &mut SceneHandle, _: EntityLookup| {})
+        .register_indexer_get(|all: &mut EntityLookup, name: ImmutableString| all.0.get(&name))
+        .register_indexer_set(|_: &mut EntityLookup, _: ImmutableString, _: EntityHandle| {})
+        .register_get("material", |s: &mut SceneHandle| MaterialLookup(s.clone()))
+        .register_set("material", |_: &mut SceneHandle, _: MaterialLookup| {})
+        .register_indexer_get(|all: &mut MaterialLookup, name: ImmutableString| all.0.material(&name))
+        .register_indexer_set(|_: &mut MaterialLookup, _: ImmutableString, _: RecordHandle| {});
 }

@@ -41,15 +41,15 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use ::rhai::{AST, CallFnOptions, Dynamic, Engine, Map, Scope};
+use engine::TopLevel;
+use errors::ScriptSource;
+use handles::SceneHandle;
+use overlay::{NameIndex, Overlay};
+pub use time::{Header, TimeMode};
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, nearest};
 use crate::base::{files, limits, random as hash};
 use crate::components::{Edit, Scene};
-use engine::Top;
-use errors::Source;
-use handles::SceneHandle;
-use overlay::{Index, Overlay};
-pub use time::{Header, TimeMode};
 
 /// A script, compiled, its top level run once.
 pub struct Program {
@@ -57,10 +57,10 @@ pub struct Program {
     ast: AST,
     constants: Map,
     header: Header,
-    source: Source,
+    source: ScriptSource,
     folder: PathBuf,
     /// Names of the scene that frames start from, made once.
-    index: Mutex<Option<(Arc<Scene>, Arc<Index>)>>,
+    index: Mutex<Option<(Arc<Scene>, Arc<NameIndex>)>>,
 }
 
 impl Program {
@@ -71,9 +71,9 @@ impl Program {
     pub fn open(path: &Path, defines: &[(String, String)]) -> Result<Program, Diagnostics> {
         let text = files::read_text(path, limits::SCRIPT_FILE_BYTES)?;
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        let source = Source { file: path.to_string_lossy().into(), text };
+        let source = ScriptSource { file: path.to_string_lossy().into(), text };
         source.check_defines(defines)?;
-        let top = Arc::new(Mutex::new(Top::default()));
+        let top = Arc::new(Mutex::new(TopLevel::default()));
         let constants = Arc::new(Mutex::new(Map::new()));
         let mut engine = engine::new(&folder, defines, &top, &constants);
         let ast = engine.compile(&source.text).map_err(|e| source.diagnose(e.into(), None))?;
@@ -175,14 +175,14 @@ impl Program {
         outcome.map(|_| handle.edits()).map_err(|e| self.source.diagnose(*e, number))
     }
 
-    fn index_of(&self, scene: &Arc<Scene>) -> Arc<Index> {
-        let Ok(mut kept) = self.index.lock() else { return Arc::new(Index::new(scene)) };
+    fn index_of(&self, scene: &Arc<Scene>) -> Arc<NameIndex> {
+        let Ok(mut kept) = self.index.lock() else { return Arc::new(NameIndex::new(scene)) };
         if let Some((known, index)) = &*kept
             && Arc::ptr_eq(known, scene)
         {
             return index.clone();
         }
-        let index = Arc::new(Index::new(scene));
+        let index = Arc::new(NameIndex::new(scene));
         *kept = Some((scene.clone(), index.clone()));
         index
     }

@@ -12,15 +12,15 @@ use crate::components::*;
 
 /// Names of a scene.
 #[derive(Default)]
-pub struct Index {
+pub struct NameIndex {
     pub entities: FxHashMap<Text, usize>,
     pub materials: FxHashMap<Text, usize>,
 }
 
-impl Index {
+impl NameIndex {
     pub fn new(scene: &Scene) -> Self {
-        let named = |(i, bag): (usize, &Bag)| bag.name.clone().map(|name| (name, i));
-        Index {
+        let named = |(i, desc): (usize, &EntityDesc)| desc.name.clone().map(|name| (name, i));
+        NameIndex {
             entities: scene.entities.iter().enumerate().filter_map(named).collect(),
             materials: scene.materials.iter().enumerate().map(|(i, (name, _))| (name.clone(), i)).collect(),
         }
@@ -29,7 +29,7 @@ impl Index {
 
 pub struct Overlay {
     rest: Arc<Scene>,
-    index: Arc<Index>,
+    index: Arc<NameIndex>,
     camera: Option<Camera>,
     render: Option<Render>,
     materials: BTreeMap<usize, Material>,
@@ -37,13 +37,13 @@ pub struct Overlay {
     /// Components that were put (`Some`) or taken off (`None`), of entities of the scene.
     components: BTreeMap<(usize, Kind), Option<Component>>,
     tags: BTreeMap<usize, Vec<Text>>,
-    spawned: Vec<Bag>,
+    spawned: Vec<EntityDesc>,
     spawned_names: FxHashMap<Text, usize>,
     gone: BTreeSet<usize>,
 }
 
 impl Overlay {
-    pub fn new(rest: Arc<Scene>, index: Arc<Index>) -> Self {
+    pub fn new(rest: Arc<Scene>, index: Arc<NameIndex>) -> Self {
         Overlay {
             rest,
             index,
@@ -131,21 +131,21 @@ impl Overlay {
         self.gone.contains(&entity)
     }
 
-    fn bag(&self, entity: usize) -> Option<&Bag> {
+    fn desc(&self, entity: usize) -> Option<&EntityDesc> {
         let first = self.rest.entities.len();
         if entity < first { self.rest.entities.get(entity) } else { self.spawned.get(entity - first) }
     }
 
     pub fn name(&self, entity: usize) -> Option<Text> {
-        self.bag(entity)?.name.clone()
+        self.desc(entity)?.name.clone()
     }
 
     pub fn label(&self, entity: usize) -> String {
-        self.bag(entity).map_or_else(|| format!("entity {}", entity + 1), |bag| bag.label(entity))
+        self.desc(entity).map_or_else(|| format!("entity {}", entity + 1), |desc| desc.label(entity))
     }
 
     pub fn tags(&self, entity: usize) -> &[Text] {
-        self.tags.get(&entity).or(self.bag(entity).map(|bag| &bag.tags)).map_or(&[], |tags| tags)
+        self.tags.get(&entity).or(self.desc(entity).map(|desc| &desc.tags)).map_or(&[], |tags| tags)
     }
 
     pub fn set_tags(&mut self, entity: usize, tags: Vec<Text>) {
@@ -158,7 +158,7 @@ impl Overlay {
     pub fn component(&self, entity: usize, kind: Kind) -> Option<&Component> {
         match self.components.get(&(entity, kind)) {
             Some(written) => written.as_ref(),
-            None => self.bag(entity)?.get(kind),
+            None => self.desc(entity)?.get(kind),
         }
     }
 
@@ -176,12 +176,12 @@ impl Overlay {
         }
     }
 
-    pub fn spawn(&mut self, bag: Bag) -> usize {
+    pub fn spawn(&mut self, desc: EntityDesc) -> usize {
         let index = self.count();
-        if let Some(name) = &bag.name {
+        if let Some(name) = &desc.name {
             self.spawned_names.insert(name.clone(), index);
         }
-        self.spawned.push(bag);
+        self.spawned.push(desc);
         index
     }
 

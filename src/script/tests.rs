@@ -11,9 +11,9 @@ use crate::components::*;
 fn scene() -> Arc<Scene> {
     let ball = |name: &str, z: f64| {
         let transform = Transform { translation: DVec3::new(0.0, 0.0, z), ..Transform::default() };
-        Bag::new([transform.into(), Sphere::default().into(), MaterialName("brass".into()).into()]).named(name)
+        EntityDesc::new([transform.into(), Sphere::default().into(), MaterialName("brass".into()).into()]).named(name)
     };
-    let lamp = Bag::new([AreaLight::default().into()]).named("key");
+    let lamp = EntityDesc::new([AreaLight::default().into()]).named("key");
     Arc::new(Scene {
         camera: Camera { from: DVec3::new(0.0, 0.0, 10.0), ..Camera::default() },
         materials: vec![("brass".into(), Material::default())],
@@ -95,8 +95,8 @@ fn entities_come_and_go() {
          if s.has(\"far\") || !s.has(\"new\") || s.entities().len() != 3 { throw \"lost\"; }",
     )
     .unwrap();
-    let [Edit::Spawn(bag), Edit::Despawn { entity: 1 }] = &edits[..] else { panic!("{edits:?}") };
-    let Some(Component::Transform(t)) = bag.get(Kind::Transform) else { panic!() };
+    let [Edit::Spawn(desc), Edit::Despawn { entity: 1 }] = &edits[..] else { panic!("{edits:?}") };
+    let Some(Component::Transform(t)) = desc.get(Kind::Transform) else { panic!() };
     assert_eq!((t.translation, t.rotation.y), (DVec3::new(0.0, 0.0, 3.0), 5.0));
 }
 

@@ -9,15 +9,15 @@ use std::sync::{Mutex, PoisonError};
 use ::rhai::{Engine, Token};
 
 #[derive(Default)]
-struct State {
+struct TokenMapper {
     /// The last three tokens, the latest first, as far as they matter here.
-    last: [Seen; 3],
+    last: [TokenClass; 3],
     /// For each open bracket whether it was turned into an index.
     open: Vec<bool>,
 }
 
 #[derive(Clone, Copy, Default, PartialEq)]
-enum Seen {
+enum TokenClass {
     #[default]
     Other,
     Scene,
@@ -26,7 +26,7 @@ enum Seen {
 }
 
 pub fn register(engine: &mut Engine) {
-    let state = Mutex::new(State::default());
+    let state = Mutex::new(TokenMapper::default());
     #[allow(
         deprecated,
         reason = "marked as volatile by Rhai, not as going away; the alternative is another syntax than users expect"
@@ -34,25 +34,25 @@ pub fn register(engine: &mut Engine) {
     engine.on_parse_token(move |token, at, _| {
         let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
         if at.line() == Some(1) && at.position() == Some(1) {
-            *state = State::default();
+            *state = TokenMapper::default();
         }
         state.map(token)
     });
 }
 
-impl State {
+impl TokenMapper {
     fn map(&mut self, token: Token) -> Token {
         let token = match token {
             Token::Reserved(word) if *word == "spawn" => Token::Identifier(word),
             other => other,
         };
         let seen = match &token {
-            Token::Identifier(name) if ["s", "scene"].contains(&name.as_str()) => Seen::Scene,
-            Token::Identifier(name) if ["get", "material"].contains(&name.as_str()) => Seen::Lookup,
-            Token::Period => Seen::Dot,
-            _ => Seen::Other,
+            Token::Identifier(name) if ["s", "scene"].contains(&name.as_str()) => TokenClass::Scene,
+            Token::Identifier(name) if ["get", "material"].contains(&name.as_str()) => TokenClass::Lookup,
+            Token::Period => TokenClass::Dot,
+            _ => TokenClass::Other,
         };
-        let looks_up = self.last == [Seen::Lookup, Seen::Dot, Seen::Scene];
+        let looks_up = self.last == [TokenClass::Lookup, TokenClass::Dot, TokenClass::Scene];
         self.last = [seen, self.last[0], self.last[1]];
         match token {
             Token::LeftParen => {

@@ -19,11 +19,11 @@ const PICTURES: [&str; 5] = ["jpg", "jpeg", "png", "hdr", "exr"];
 /// more than it must. Each file is read once in a run.
 pub struct Assets {
     base: PathBuf,
-    known: Mutex<FxHashMap<Text, Option<Content>>>,
+    known: Mutex<FxHashMap<Text, Option<AssetContent>>>,
 }
 
 /// What was read under a name, and what the system said of the file before.
-struct Content {
+struct AssetContent {
     digest: Digest,
     stamp: Option<Metadata>,
 }
@@ -51,14 +51,14 @@ impl Assets {
         if name.is_empty() {
             return None;
         }
-        // A thread that fell over left a whole map behind.
+        // The map is whole even if a thread panicked while it held the lock.
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(content) = known.get(name) {
             return content.as_ref().map(|c| c.digest);
         }
         let path = self.base.join(&**name);
         let stamp = std::fs::metadata(&path).ok();
-        let content = read(&path).map(|digest| Content { digest, stamp });
+        let content = read(&path).map(|digest| AssetContent { digest, stamp });
         let digest = content.as_ref().map(|c| c.digest);
         known.insert(name.clone(), content);
         digest
@@ -67,7 +67,7 @@ impl Assets {
     /// A file that is no longer what was read. One that is gone is not: whoever needs it says so.
     pub fn changed(&self) -> Option<String> {
         let known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_changed = |name: &Text, content: &Content| {
+        let is_changed = |name: &Text, content: &AssetContent| {
             let now = std::fs::metadata(self.base.join(&**name));
             now.is_ok_and(|now| !content.stamp.as_ref().is_some_and(|then| is_same(&now, then)))
         };

@@ -1,19 +1,17 @@
 //! A shot: one input, its frames as data, and their way to pictures.
 //!
 //! Every frame is evaluated before the first is rendered ([`plan`]), so that a mistake in frame 37 is known at once; the
-//! frames without one are rendered all the same. The evaluation leaves a digest of each frame ([`outline`]): frames that
+//! frames without one are rendered all the same. The evaluation leaves a digest of each frame ([`fingerprint`]): frames that
 //! lie finished under their names are kept, frames that are the same are rendered once ([`run`]), and frames that differ in
-//! little share most of their work (`groups`, `reuse`, `photons`). A frame starts from the same World: its edits are
+//! little share most of their work ([`reuse`]). A frame starts from the same World: its edits are
 //! applied, it is rendered, they are taken back; where the shutter is open, so for each of its [`Slice`]s of time. While
 //! one frame is rendered the one before is encoded and written.
 
 mod assets;
-mod groups;
-pub mod outline;
+pub mod fingerprint;
 mod parts;
-mod photons;
 pub mod plan;
-mod reuse;
+pub mod reuse;
 pub mod run;
 mod shutter;
 
@@ -21,15 +19,16 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 
+use assets::Assets;
+use fingerprint::{BaseFingerprint, Fingerprint};
+pub use shutter::Slice;
+
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::{Accel, Aov, Edit, Integrator, Render, Scene};
 use crate::load;
 use crate::output::names::Target;
 use crate::script::Program;
 use crate::systems::{self, Stage};
-use assets::Assets;
-use outline::{Outline, Rest};
-pub use shutter::Slice;
 
 /// Settings of the command line; they have the last word in every frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -75,7 +74,7 @@ pub struct Shot {
 /// What frames are made from, whatever World they are made in.
 struct Input {
     program: Option<(Program, Arc<Scene>)>,
-    rest: Rest,
+    base: BaseFingerprint,
     settings: Render,
     overrides: Overrides,
 }
@@ -100,10 +99,10 @@ pub fn open(
         }
         let (scene, warnings) = load::load_scene(input, strict)?;
         let scene = Arc::new(scene);
-        let rest = Rest::new(scene.clone(), Assets::new(scene.base.clone())).without_entities();
+        let base = BaseFingerprint::new(scene.clone(), Assets::new(scene.base.clone())).without_entities();
         let settings = scene.render.clone();
         let stage = systems::spawn(Arc::unwrap_or_clone(scene))?;
-        let input = Input { program: None, rest, settings, overrides };
+        let input = Input { program: None, base, settings, overrides };
         return Ok((Shot { name, source, stage, input }, warnings));
     }
     let program = Program::open(input, defines)?;
@@ -124,8 +123,8 @@ pub fn open(
         stage = systems::spawn(Scene::clone(&rest))?;
     }
     let settings = rest.render.clone();
-    let digests = Rest::new(rest.clone(), Assets::new(rest.base.clone()));
-    let input = Input { program: Some((program, rest)), rest: digests, settings, overrides };
+    let base = BaseFingerprint::new(rest.clone(), Assets::new(rest.base.clone()));
+    let input = Input { program: Some((program, rest)), base, settings, overrides };
     Ok((Shot { name, source, stage, input }, warnings))
 }
 
@@ -158,7 +157,7 @@ impl Input {
     /// Makes a frame in a World of this input and does something with it; then the frame's edits are taken back.
     ///
     /// # Errors
-    /// A mistake in the frame; work that fell over, which is a mistake of the program.
+    /// A mistake in the frame; a panic in the work, which is a mistake of the program.
     fn with_frame<T>(
         &self,
         stage: &mut Stage,
@@ -180,40 +179,40 @@ impl Input {
     }
 
     /// A frame as data, of which nobody says that it can be rendered; `None` if its script is wrong.
-    fn outline(&self, frame: u32) -> Option<Outline> {
+    fn fingerprint(&self, frame: u32) -> Option<Fingerprint> {
         let slices = self.slices(frame).ok()?;
-        let outlines: Vec<Outline> = slices.iter().map(|slice| slice.outline(&self.rest)).collect();
-        Some(Outline::together(&outlines))
+        let fingerprints: Vec<Fingerprint> = slices.iter().map(|slice| slice.fingerprint(&self.base)).collect();
+        Some(Fingerprint::of_moments(&fingerprints))
     }
 
     /// Evaluates and applies all moments of a frame without rendering it; with a target, its file must be able to hold it.
     ///
     /// # Errors
     /// The mistakes of the frame.
-    fn evaluate(&self, stage: &mut Stage, frame: u32, target: Option<&Target>) -> Result<Outline, Diagnostics> {
+    fn evaluate(&self, stage: &mut Stage, frame: u32, target: Option<&Target>) -> Result<Fingerprint, Diagnostics> {
         let slices = self.slices(frame)?;
-        let outlines: Vec<Outline> = slices.iter().map(|slice| slice.outline(&self.rest)).collect();
+        let fingerprints: Vec<Fingerprint> = slices.iter().map(|slice| slice.fingerprint(&self.base)).collect();
         self.with_slices(stage, frame, slices, |stage, _| {
             systems::check(stage)?;
             target.map_or(Ok(()), |target| run::suits(&stage.settings(), &target.path(frame)))?;
             Ok(true)
         })?;
-        Ok(Outline::together(&outlines))
+        Ok(Fingerprint::of_moments(&fingerprints))
     }
 }
 
-/// Does work on a World. If it falls over it loses its own frame alone: what the World has kept is made anew.
+/// Does work on a World. If it panics, only its own frame is lost: what was derived from the World is made anew.
 fn guarded<T>(stage: &mut Stage, work: impl FnOnce(&mut Stage) -> Result<T, Diagnostics>) -> Result<T, Diagnostics> {
     catch_unwind(AssertUnwindSafe(|| work(stage))).unwrap_or_else(|cause| {
         systems::forget(stage);
-        Err(fallen(&*cause).into())
+        Err(panic_diagnostic(&*cause).into())
     })
 }
 
-fn fallen(cause: &(dyn std::any::Any + Send)) -> Diagnostic {
+fn panic_diagnostic(cause: &(dyn std::any::Any + Send)) -> Diagnostic {
     let text = cause.downcast_ref::<String>().map(String::as_str).or(cause.downcast_ref::<&str>().copied());
     let text = text.unwrap_or("no reason given");
-    Diagnostic::error(format!("the renderer fell over: {text}")).help("this is a mistake in anim, not in the scene")
+    Diagnostic::error(format!("the renderer failed: {text}")).help("this is a mistake in anim, not in the scene")
 }
 
 impl Shot {

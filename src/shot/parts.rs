@@ -4,7 +4,7 @@ use crate::base::digest::Digest;
 
 /// What a frame is made of, and so what can change from one frame to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum FramePart {
     Camera,
     Lens,
     Settings,
@@ -13,49 +13,49 @@ pub enum Part {
     Materials,
     /// Where lights are, their size and falloff.
     Lights,
-    /// Of lights, of what else shines, and of what lies around the scene.
+    /// Colours of lights, of emissive materials, and of the environment.
     LightColors,
     /// Camera and placements of the frame before, where motion is a layer.
     Before,
 }
 
-impl Part {
+impl FramePart {
     /// In the order of the enum: a part is its own index.
-    pub const ALL: [Part; 9] = [
-        Part::Camera,
-        Part::Lens,
-        Part::Settings,
-        Part::Geometry,
-        Part::Transforms,
-        Part::Materials,
-        Part::Lights,
-        Part::LightColors,
-        Part::Before,
+    pub const ALL: [FramePart; 9] = [
+        FramePart::Camera,
+        FramePart::Lens,
+        FramePart::Settings,
+        FramePart::Geometry,
+        FramePart::Transforms,
+        FramePart::Materials,
+        FramePart::Lights,
+        FramePart::LightColors,
+        FramePart::Before,
     ];
 
     /// The word for it in reports.
     pub fn word(self) -> &'static str {
         match self {
-            Part::Camera => "camera",
-            Part::Lens => "lens",
-            Part::Settings => "settings",
-            Part::Geometry => "geometry",
-            Part::Transforms => "transforms",
-            Part::Materials => "materials",
-            Part::Lights => "lights",
-            Part::LightColors => "light_colors",
-            Part::Before => "before",
+            FramePart::Camera => "camera",
+            FramePart::Lens => "lens",
+            FramePart::Settings => "settings",
+            FramePart::Geometry => "geometry",
+            FramePart::Transforms => "transforms",
+            FramePart::Materials => "materials",
+            FramePart::Lights => "lights",
+            FramePart::LightColors => "light_colors",
+            FramePart::Before => "before",
         }
     }
 }
 
 /// A digest of each part; those of a scene are sums over its members.
-pub type Parts = [Digest; Part::ALL.len()];
+pub type PartDigests = [Digest; FramePart::ALL.len()];
 
-pub fn with(sums: Parts, parts: Parts) -> Parts {
+pub fn with(sums: PartDigests, parts: PartDigests) -> PartDigests {
     std::array::from_fn(|i| sums[i].with(parts[i]))
 }
 
-pub fn without(sums: Parts, parts: Parts) -> Parts {
+pub fn without(sums: PartDigests, parts: PartDigests) -> PartDigests {
     std::array::from_fn(|i| sums[i].without(parts[i]))
 }

@@ -8,72 +8,72 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::Shot;
-use super::groups::{self, Group, Groups};
-use super::outline::{Outline, Part};
+use super::fingerprint::{Fingerprint, FramePart};
+use super::reuse::light_mix::{self, LightMix, LightMixes};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::digest::Digest;
 use crate::components::Scene;
-use crate::output::manifest::{Making, Manifest};
+use crate::output::manifest::{Manifest, Provenance};
 use crate::output::names::Target;
-use crate::output::{State, look};
+use crate::output::{FileState, inspect};
 use crate::systems;
 
 /// One wanted frame.
 #[derive(Clone, Debug)]
-pub struct Planned {
+pub struct PlannedFrame {
     pub frame: u32,
     pub file: PathBuf,
     /// The frame as data, or its mistakes.
-    pub outline: Result<Outline, Diagnostics>,
+    pub fingerprint: Result<Fingerprint, Diagnostics>,
     /// Digest of all that decides its pixels.
     pub hash: Digest,
     /// What differs from the wanted frame before; `None` for the first, and behind a mistake.
-    pub changes: Option<Vec<Part>>,
-    /// The passes that the frame is a sum of, where only colours of lights change in a part of the sequence.
-    pub group: Option<Arc<Group>>,
+    pub changes: Option<Vec<FramePart>>,
+    /// The light groups that the frame is a sum of, if only colours of emitters change in a part of the sequence.
+    pub light_mix: Option<Arc<LightMix>>,
     /// The first frame of the plan with the same pixels, if it is another one.
     pub twin: Option<u32>,
     /// What rendering is expected to take from frames before it.
-    pub reuse: Reuse,
-    pub state: State,
+    pub reuse: PlannedReuse,
+    pub state: FileState,
 }
 
 /// Where the work for a frame is from, as far as a plan can tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reuse {
+pub enum PlannedReuse {
     None,
     /// A frame with the same pixels.
     Copy,
-    /// Passes of a frame that differs in colours of lights alone.
-    Passes,
+    /// Light groups of a frame that differs in colours of emitters alone.
+    LightGroups,
     /// Tiles of the frame before, where they cannot have changed.
     Tiles,
     /// Photons of the frame before, which sees the same scene otherwise.
-    Photons,
+    PhotonMaps,
 }
 
-impl Reuse {
+impl PlannedReuse {
     pub fn word(self) -> &'static str {
         match self {
-            Reuse::None => "none",
-            Reuse::Copy => "copy",
-            Reuse::Passes => "passes",
-            Reuse::Tiles => "tiles",
-            Reuse::Photons => "photons",
+            PlannedReuse::None => "none",
+            PlannedReuse::Copy => "copy",
+            PlannedReuse::LightGroups => "passes",
+            PlannedReuse::Tiles => "tiles",
+            PlannedReuse::PhotonMaps => "photons",
         }
     }
 }
 
-impl Planned {
-    pub fn making(&self, source: &str) -> Making {
-        Making { source: source.to_string(), frame: self.frame, hash: self.hash }
+impl PlannedFrame {
+    pub fn provenance(&self, source: &str) -> Provenance {
+        Provenance { source: source.to_string(), frame: self.frame, hash: self.hash }
     }
 
-    /// What it costs beside its kin. How many tiles will be kept nobody knows before, nor what share photons are of the
+    /// What it costs beside the other frames. How many tiles will be kept nobody knows before, nor what share photons are of the
     /// whole.
     pub fn cost(&self) -> f64 {
-        match (&self.outline, self.reuse) {
-            (Ok(outline), Reuse::None | Reuse::Tiles | Reuse::Photons) => outline.cost,
+        match (&self.fingerprint, self.reuse) {
+            (Ok(fingerprint), PlannedReuse::None | PlannedReuse::Tiles | PlannedReuse::PhotonMaps) => fingerprint.cost,
             _ => 0.0,
         }
     }
@@ -81,7 +81,7 @@ impl Planned {
 
 /// The wanted frames in their order.
 pub struct Plan {
-    pub frames: Vec<Planned>,
+    pub frames: Vec<PlannedFrame>,
     pub target: Target,
     /// Of the folder that the frames of a sequence go to.
     pub manifest: Option<Manifest>,
@@ -100,32 +100,34 @@ const COPIED_ENTITIES: usize = 1_000_000;
 /// # Errors
 /// The mistakes of the first frame, if all frames have some.
 pub fn make(shot: &mut Shot, wanted: &[u32], target: Target) -> Result<Plan, Diagnostics> {
-    let outlines = evaluate(shot, wanted, Some(&target))?;
-    let groups = groups_of(shot, wanted, &outlines);
+    let fingerprints = evaluate(shot, wanted, Some(&target))?;
+    let light_mixes = light_mixes_of(shot, wanted, &fingerprints);
     let mut before = None;
-    let mut frames: Vec<Planned> = Vec::with_capacity(wanted.len());
-    for (frame, outline) in wanted.iter().zip(outlines) {
-        let now = outline.as_ref().ok().cloned();
-        let changes = now.as_ref().zip(before.as_ref()).map(|(now, before): (&Outline, &Outline)| now.changes(before));
-        let group =
-            now.as_ref().filter(|now| now.is_sum).and_then(|now| groups.get(&now.hash_without_colors())).cloned();
-        let hash = now.as_ref().map(|now| group.as_ref().map_or_else(|| now.hash(), |group| group.hash_of(now)));
+    let mut frames: Vec<PlannedFrame> = Vec::with_capacity(wanted.len());
+    for (frame, fingerprint) in wanted.iter().zip(fingerprints) {
+        let now = fingerprint.as_ref().ok().cloned();
+        let changes =
+            now.as_ref().zip(before.as_ref()).map(|(now, before): (&Fingerprint, &Fingerprint)| now.changes(before));
+        let light_mix =
+            now.as_ref().filter(|now| now.is_sum).and_then(|now| light_mixes.get(&now.hash_without_colors())).cloned();
+        let hash =
+            now.as_ref().map(|now| light_mix.as_ref().map_or_else(|| now.hash(), |light_mix| light_mix.hash_of(now)));
         let hash = hash.unwrap_or_default();
         before = now;
         let file = target.path(*frame);
-        frames.push(Planned {
+        frames.push(PlannedFrame {
             frame: *frame,
             file,
-            outline,
+            fingerprint,
             hash,
             changes,
-            group,
+            light_mix,
             twin: None,
-            reuse: Reuse::None,
-            state: State::Missing,
+            reuse: PlannedReuse::None,
+            state: FileState::Missing,
         });
     }
-    find_kin(&mut frames);
+    find_shared_work(&mut frames);
     let manifest = target.folder().map(|folder| Manifest::read(&folder));
     Ok(Plan { frames, target, manifest })
 }
@@ -145,17 +147,17 @@ impl Plan {
             let shard = ((middle * f64::from(n)) as u32).min(n - 1);
             shard + 1 == i
         });
-        find_kin(&mut self.frames);
+        find_shared_work(&mut self.frames);
     }
 
     /// Looks at what is there under the names of the frames.
-    pub fn look(&mut self, source: &str) {
+    pub fn inspect(&mut self, source: &str) {
         let manifest = self.manifest.as_ref();
-        self.frames.par_iter_mut().filter(|planned| planned.outline.is_ok()).for_each(|planned| {
+        self.frames.par_iter_mut().filter(|planned| planned.fingerprint.is_ok()).for_each(|planned| {
             let known = manifest.and_then(|manifest| manifest.get(&planned.file));
-            planned.state = look(&planned.file, known, &planned.making(source));
+            planned.state = inspect(&planned.file, known, &planned.provenance(source));
         });
-        find_kin(&mut self.frames);
+        find_shared_work(&mut self.frames);
     }
 
     /// The mistakes, for people.
@@ -165,7 +167,7 @@ impl Plan {
 
     /// Frames with mistakes, with their numbers.
     pub fn mistakes(&self) -> impl Iterator<Item = (u32, &Diagnostics)> {
-        self.frames.iter().filter_map(|planned| Some((planned.frame, planned.outline.as_ref().err()?)))
+        self.frames.iter().filter_map(|planned| Some((planned.frame, planned.fingerprint.as_ref().err()?)))
     }
 
     /// The folder of the frames, or that of the one picture.
@@ -178,39 +180,46 @@ impl Plan {
 /// What a frame costs that is not traced.
 const WRITING: f64 = 0.1;
 
-/// Finds out what frames have from each other. What is done already is not rendered: nothing of it is there to be kept.
-fn find_kin(frames: &mut [Planned]) {
+/// Finds out what frames can take from each other. Frames that are done are not rendered, so nothing is kept of them.
+fn find_shared_work(frames: &mut [PlannedFrame]) {
     let mut first: FxHashMap<Digest, u32> = FxHashMap::default();
-    let mut groups: FxHashSet<Digest> = FxHashSet::default();
-    let mut before: Option<Outline> = None;
+    let mut light_mixes: FxHashSet<Digest> = FxHashSet::default();
+    let mut before: Option<Fingerprint> = None;
     for planned in frames.iter_mut() {
-        let Ok(outline) = &planned.outline else { continue };
+        let Ok(fingerprint) = &planned.fingerprint else { continue };
         let known = *first.entry(planned.hash).or_insert(planned.frame);
         planned.twin = (known != planned.frame).then_some(known);
-        if planned.state == State::Done {
+        if planned.state == FileState::Done {
             continue;
         }
-        planned.reuse = match &planned.group {
-            _ if planned.twin.is_some() => Reuse::Copy,
-            Some(group) if !groups.insert(group.hash) => Reuse::Passes,
-            None if before.as_ref().is_some_and(|before| before.stands_still_with(outline)) => Reuse::Tiles,
-            None if before.as_ref().is_some_and(|before| before.shares_photons_with(outline)) => Reuse::Photons,
-            _ => Reuse::None,
+        planned.reuse = match &planned.light_mix {
+            _ if planned.twin.is_some() => PlannedReuse::Copy,
+            Some(light_mix) if !light_mixes.insert(light_mix.hash) => PlannedReuse::LightGroups,
+            None if before.as_ref().is_some_and(|before| before.differs_in_objects_only(fingerprint)) => {
+                PlannedReuse::Tiles
+            }
+            None if before.as_ref().is_some_and(|before| before.shares_photons_with(fingerprint)) => {
+                PlannedReuse::PhotonMaps
+            }
+            _ => PlannedReuse::None,
         };
-        before = planned.group.is_none().then(|| outline.clone());
+        before = planned.light_mix.is_none().then(|| fingerprint.clone());
     }
 }
 
-/// The groups of the whole sequence, whatever part of it is wanted; none if no wanted frame could belong to one.
-fn groups_of(shot: &Shot, wanted: &[u32], outlines: &[Result<Outline, Diagnostics>]) -> Groups {
-    let known: FxHashMap<u32, &Outline> =
-        wanted.iter().zip(outlines).filter_map(|(frame, outline)| Some((*frame, outline.as_ref().ok()?))).collect();
-    if shot.frames() < 2 || !known.values().any(|outline| outline.is_sum) {
-        return Groups::default();
+/// The light mixes of the whole sequence, whatever part of it is wanted; none if no wanted frame could belong to one.
+fn light_mixes_of(shot: &Shot, wanted: &[u32], fingerprints: &[Result<Fingerprint, Diagnostics>]) -> LightMixes {
+    let known: FxHashMap<u32, &Fingerprint> = wanted
+        .iter()
+        .zip(fingerprints)
+        .filter_map(|(frame, fingerprint)| Some((*frame, fingerprint.as_ref().ok()?)))
+        .collect();
+    if shot.frames() < 2 || !known.values().any(|fingerprint| fingerprint.is_sum) {
+        return LightMixes::default();
     }
     let missing: Vec<u32> = (1..=shot.frames()).filter(|frame| !known.contains_key(frame)).collect();
-    let others: Vec<Outline> = missing.par_iter().filter_map(|frame| shot.input.outline(*frame)).collect();
-    groups::find(&shot.input.rest, known.into_values().chain(&others))
+    let others: Vec<Fingerprint> = missing.par_iter().filter_map(|frame| shot.input.fingerprint(*frame)).collect();
+    light_mix::find(&shot.input.base, known.into_values().chain(&others))
 }
 
 /// Sees to it that every one of these frames can be rendered.
@@ -218,18 +227,18 @@ fn groups_of(shot: &Shot, wanted: &[u32], outlines: &[Result<Outline, Diagnostic
 /// # Errors
 /// The mistakes of the first frame that has any.
 pub fn check(shot: &mut Shot, frames: &[u32]) -> Result<(), Diagnostics> {
-    evaluate(shot, frames, None)?.into_iter().try_for_each(|outline| outline.map(drop))
+    evaluate(shot, frames, None)?.into_iter().try_for_each(|fingerprint| fingerprint.map(drop))
 }
 
 fn evaluate(
     shot: &mut Shot,
     wanted: &[u32],
     target: Option<&Target>,
-) -> Result<Vec<Result<Outline, Diagnostics>>, Diagnostics> {
+) -> Result<Vec<Result<Fingerprint, Diagnostics>>, Diagnostics> {
     let start = Instant::now();
     let spread = |i: usize| wanted[i * (wanted.len() - 1) / (TRIED - 1)];
     let tried: Vec<u32> = if wanted.len() > TRIED { (0..TRIED).map(spread).collect() } else { wanted.to_vec() };
-    let mut known: FxHashMap<u32, Result<Outline, Diagnostics>> = FxHashMap::default();
+    let mut known: FxHashMap<u32, Result<Fingerprint, Diagnostics>> = FxHashMap::default();
     for frame in tried {
         known.insert(frame, shot.input.evaluate(&mut shot.stage, frame, target));
         let pace = start.elapsed().as_secs_f64() / known.len() as f64;
@@ -238,23 +247,23 @@ fn evaluate(
             return Err(known.remove(&wanted[0]).and_then(Result::err).unwrap_or_default());
         }
     }
-    let mut outlines = rest_of(shot, wanted, known, target);
-    if !outlines.is_empty() && outlines.iter().all(Result::is_err) {
-        return Err(outlines.swap_remove(0).err().unwrap_or_default());
+    let mut fingerprints = rest_of(shot, wanted, known, target);
+    if !fingerprints.is_empty() && fingerprints.iter().all(Result::is_err) {
+        return Err(fingerprints.swap_remove(0).err().unwrap_or_default());
     }
-    Ok(outlines)
+    Ok(fingerprints)
 }
 
 /// Evaluates what is not known yet, on all threads if it is much.
 fn rest_of(
     shot: &mut Shot,
     wanted: &[u32],
-    known: FxHashMap<u32, Result<Outline, Diagnostics>>,
+    known: FxHashMap<u32, Result<Fingerprint, Diagnostics>>,
     target: Option<&Target>,
-) -> Vec<Result<Outline, Diagnostics>> {
+) -> Vec<Result<Fingerprint, Diagnostics>> {
     let Shot { stage, input, .. } = shot;
     let one = |stage: &mut systems::Stage, frame: &u32| match known.get(frame) {
-        Some(outline) => outline.clone(),
+        Some(fingerprint) => fingerprint.clone(),
         None => input.evaluate(stage, *frame, target),
     };
     let copies = COPIED_ENTITIES / (stage.entity_count() + 1) + 1;

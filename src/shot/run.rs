@@ -8,19 +8,18 @@ use std::time::Instant;
 use rustc_hash::FxHashMap;
 
 use super::Shot;
-use super::photons::Photons;
-use super::plan::{Plan, Planned};
-use super::reuse::Keeper;
-pub use super::reuse::Policy;
+use super::plan::{Plan, PlannedFrame};
+use super::reuse::ReuseCache;
+pub use super::reuse::ReusePolicy;
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::base::digest::Digest;
 use crate::base::{files, limits};
 use crate::components::Render;
 use crate::film::Film;
-use crate::output::manifest::{Making, Manifest};
+use crate::output::manifest::{Manifest, Provenance};
 use crate::output::names::is_exr;
-use crate::output::{self, Notes, State, encode_exr, encode_png, making_notes, settings_note};
-use crate::systems::{self, Exposure, FrameStats};
+use crate::output::{self, FileState, Metadata, encode_exr, encode_png, provenance_metadata, settings_text};
+use crate::systems::{self, FrameStats, PartialFrame};
 
 /// What happens while a shot is rendered.
 pub enum Event {
@@ -32,7 +31,7 @@ pub enum Event {
 
 /// Where a frame's pixels are from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reused {
+pub enum FrameSource {
     /// Traced for this frame.
     None,
     /// The file was there and is the frame.
@@ -41,12 +40,12 @@ pub enum Reused {
     Copy,
 }
 
-impl Reused {
+impl FrameSource {
     pub fn word(self) -> &'static str {
         match self {
-            Reused::None => "none",
-            Reused::Cache => "cache",
-            Reused::Copy => "copy",
+            FrameSource::None => "none",
+            FrameSource::Cache => "cache",
+            FrameSource::Copy => "copy",
         }
     }
 }
@@ -56,7 +55,7 @@ impl Reused {
 pub struct Report {
     pub frame: u32,
     pub file: PathBuf,
-    pub reused: Reused,
+    pub reused: FrameSource,
     pub stats: FrameStats,
     /// From the frame's edits to its whole file.
     pub total_seconds: f64,
@@ -64,7 +63,7 @@ pub struct Report {
 
 /// How a run ended.
 #[derive(Debug, Default)]
-pub struct Ending {
+pub struct RunOutcome {
     /// `cancel` was raised; only whole frames are there.
     pub cancelled: bool,
     /// Frames that could be planned and not be rendered.
@@ -72,8 +71,8 @@ pub struct Ending {
 }
 
 /// A rendered picture on its way to the files of all frames that show it.
-struct Exposed {
-    frames: Vec<(Making, PathBuf)>,
+struct RenderedFrame {
+    frames: Vec<(Provenance, PathBuf)>,
     film: Film,
     render: Render,
     stats: FrameStats,
@@ -91,30 +90,30 @@ type Watch<'a> = &'a (dyn Fn(Event) + Sync);
 pub fn run(
     shot: &mut Shot,
     plan: &Plan,
-    policy: Policy,
+    policy: ReusePolicy,
     cancel: &AtomicBool,
     watch: Watch,
-) -> Result<Ending, Diagnostics> {
+) -> Result<RunOutcome, Diagnostics> {
     output::sweep(&plan.folder());
-    for planned in plan.frames.iter().filter(|planned| planned.state == State::Done) {
-        watch(report(planned, Reused::Cache, Instant::now()));
+    for planned in plan.frames.iter().filter(|planned| planned.state == FileState::Done) {
+        watch(report(planned, FrameSource::Cache, Instant::now()));
     }
     let source = shot.source.clone();
-    let groups = copy_what_is_done(plan, &source, watch)?;
-    if let Some(first) = groups.first() {
+    let distinct = copy_what_is_done(plan, &source, watch)?;
+    if let Some(first) = distinct.first() {
         output::probe(&first[0].file)?;
     }
     let failed = AtomicBool::new(false);
     std::thread::scope(|scope| {
-        let (send, receive) = sync_channel::<Exposed>(1);
+        let (send, receive) = sync_channel::<RenderedFrame>(1);
         let writer = scope.spawn(|| write_all(receive, plan.manifest.as_ref(), watch, &failed));
-        let mut ending = Ending::default();
-        let mut kept = (Keeper::new(policy), Photons::default());
-        for (index, group) in groups.iter().enumerate() {
-            match expose(shot, &groups, index, policy, &mut kept, cancel, watch) {
-                Ok(Some(exposed)) if !failed.load(Ordering::Relaxed) => {
+        let mut ending = RunOutcome::default();
+        let mut reuse_cache = ReuseCache::new(policy);
+        for (index, frames) in distinct.iter().enumerate() {
+            match render_frame(shot, &distinct, index, &mut reuse_cache, cancel, watch) {
+                Ok(Some(rendered)) if !failed.load(Ordering::Relaxed) => {
                     // The writer only hangs up after a failure, which it reports itself.
-                    let _ = send.send(exposed);
+                    let _ = send.send(rendered);
                 }
                 Ok(Some(_)) => break,
                 Ok(None) => {
@@ -122,8 +121,8 @@ pub fn run(
                     break;
                 }
                 Err(problems) => {
-                    kept.0.drop_tiles();
-                    ending.failed.extend(group.iter().map(|planned| (planned.frame, problems.clone())));
+                    reuse_cache.forget_tiles();
+                    ending.failed.extend(frames.iter().map(|planned| (planned.frame, problems.clone())));
                 }
             }
         }
@@ -134,133 +133,128 @@ pub fn run(
     })
 }
 
-fn report(planned: &Planned, reused: Reused, start: Instant) -> Event {
+fn report(planned: &PlannedFrame, reused: FrameSource, start: Instant) -> Event {
     let (frame, file, stats) = (planned.frame, planned.file.clone(), FrameStats::default());
     Event::Written(Box::new(Report { frame, file, reused, stats, total_seconds: start.elapsed().as_secs_f64() }))
 }
 
 /// Writes the frames that are the same as one that is done; gives the others, equal ones together.
-fn copy_what_is_done<'a>(plan: &'a Plan, source: &str, watch: Watch) -> Result<Vec<Vec<&'a Planned>>, Diagnostic> {
-    let good = || plan.frames.iter().filter(|planned| planned.outline.is_ok());
-    let done = good().filter(|planned| planned.state == State::Done);
+fn copy_what_is_done<'a>(plan: &'a Plan, source: &str, watch: Watch) -> Result<Vec<Vec<&'a PlannedFrame>>, Diagnostic> {
+    let good = || plan.frames.iter().filter(|planned| planned.fingerprint.is_ok());
+    let done = good().filter(|planned| planned.state == FileState::Done);
     let done: FxHashMap<Digest, &Path> = done.map(|planned| (planned.hash, planned.file.as_path())).collect();
-    let mut groups: Vec<Vec<&Planned>> = Vec::new();
+    let mut distinct: Vec<Vec<&PlannedFrame>> = Vec::new();
     let mut places: FxHashMap<Digest, usize> = FxHashMap::default();
-    for planned in good().filter(|planned| planned.state != State::Done) {
+    for planned in good().filter(|planned| planned.state != FileState::Done) {
         let start = Instant::now();
-        let making = planned.making(source);
-        if let Some(bytes) = done.get(&planned.hash).and_then(|file| copy_of(file, &making)) {
-            write(plan.manifest.as_ref(), &making, &planned.file, &bytes)?;
-            watch(report(planned, Reused::Copy, start));
+        let provenance = planned.provenance(source);
+        if let Some(bytes) = done.get(&planned.hash).and_then(|file| copy_of(file, &provenance)) {
+            write(plan.manifest.as_ref(), &provenance, &planned.file, &bytes)?;
+            watch(report(planned, FrameSource::Copy, start));
             continue;
         }
-        let place = *places.entry(planned.hash).or_insert(groups.len());
-        if place == groups.len() {
-            groups.push(Vec::new());
+        let place = *places.entry(planned.hash).or_insert(distinct.len());
+        if place == distinct.len() {
+            distinct.push(Vec::new());
         }
-        groups[place].push(planned);
+        distinct[place].push(planned);
     }
-    Ok(groups)
+    Ok(distinct)
 }
 
 /// The bytes of a frame from the file of one that is the same; `None` if that file is not what it was.
-fn copy_of(file: &Path, making: &Making) -> Option<Vec<u8>> {
+fn copy_of(file: &Path, provenance: &Provenance) -> Option<Vec<u8>> {
     let bytes = files::read_bytes(file, limits::FRAME_FILE_BYTES).ok()?;
-    output::renamed(&bytes, making)
+    output::relabelled(&bytes, provenance)
 }
 
-/// Makes the frame at `index` of the run, from what is kept as far as that goes.
-fn expose(
+/// Makes the frame at `index` of the run, from what is kept as far as that goes; `None` if `cancel` was raised.
+fn render_frame(
     shot: &mut Shot,
-    run: &[Vec<&Planned>],
+    run: &[Vec<&PlannedFrame>],
     index: usize,
-    policy: Policy,
-    (keeper, photons): &mut (Keeper, Photons),
+    reuse_cache: &mut ReuseCache,
     cancel: &AtomicBool,
     watch: Watch,
-) -> Result<Option<Exposed>, Diagnostics> {
+) -> Result<Option<RenderedFrame>, Diagnostics> {
     let start = Instant::now();
     let planned = run[index][0];
-    let frames = run[index].iter().map(|planned| (planned.making(&shot.source), planned.file.clone())).collect();
-    let group = planned.group.as_deref();
-    let outline = planned.outline.as_ref().ok();
-    let factors =
-        group.zip(outline).map(|(group, outline)| group.factors(&shot.input.rest, outline)).unwrap_or_default();
-    if let Some((film, render, stats)) = group.and_then(|group| keeper.sum(group, &factors)) {
+    let frames = run[index].iter().map(|planned| (planned.provenance(&shot.source), planned.file.clone())).collect();
+    let mix = planned.light_mix.as_deref();
+    let fingerprint = planned.fingerprint.as_ref().ok();
+    let factors = mix.zip(fingerprint).map(|(mix, fingerprint)| mix.factors(&shot.input.base, fingerprint));
+    let factors = factors.unwrap_or_default();
+    if let Some((film, render, stats)) = mix.and_then(|mix| reuse_cache.mixed(mix, &factors)) {
         check_assets(shot)?;
-        return Ok(Some(Exposed { frames, film, render, stats, start }));
+        return Ok(Some(RenderedFrame { frames, film, render, stats, start }));
     }
-    let mut exposure = Exposure::default();
-    match group {
-        Some(group) => exposure.passes = group.passes.clone(),
-        None => keeper.lend(shot, run, index, &mut exposure),
+    let mut partial = PartialFrame::default();
+    if let Some(mix) = mix {
+        partial.light_groups = mix.light_groups.clone();
     }
-    photons.lend(policy, run, index, &mut exposure);
+    reuse_cache.lend(shot, run, index, &mut partial);
     let frame = planned.frame;
     let progress = |done, total| watch(Event::Tiles { frame, done, total });
     let (mut render, mut whole) = (Render::default(), true);
     let Shot { stage, input, .. } = shot;
-    stage.set_pictures((run.len() - index) as u32);
+    stage.set_frames_left((run.len() - index) as u32);
     let slices = input.slices(frame)?;
     input.with_slices(stage, frame, slices, |stage, share| {
         render = stage.settings();
-        whole = systems::expose(stage, share, &mut exposure, cancel, &progress)?;
+        whole = systems::render_samples(stage, share, &mut partial, cancel, &progress)?;
         Ok(whole)
     })?;
     check_assets(shot)?;
     if !whole {
         return Ok(None);
     }
-    if group.is_none() {
-        keeper.take_back(&mut exposure, index);
-    }
-    photons.take_back(run, index, &mut exposure);
-    let Some((mut films, stats)) = exposure.develop() else { return Ok(None) };
-    let Some(group) = group else {
-        return Ok(films.pop().map(|film| Exposed { frames, film, render, stats, start }));
+    reuse_cache.take_back(run, index, &mut partial);
+    let Some((mut films, stats)) = partial.resolve() else { return Ok(None) };
+    let Some(mix) = mix else {
+        return Ok(films.pop().map(|film| RenderedFrame { frames, film, render, stats, start }));
     };
     let Some((first, others)) = films.split_first() else { return Ok(None) };
-    let film = systems::sum_of(first, others, &factors);
-    keeper.keep_passes(group, films, &render, stats.seed, &run[index + 1..]);
-    Ok(Some(Exposed { frames, film, render, stats, start }))
+    let film = systems::weighted_sum(first, others, &factors);
+    reuse_cache.keep_light_groups(mix, films, &render, stats.seed, &run[index + 1..]);
+    Ok(Some(RenderedFrame { frames, film, render, stats, start }))
 }
 
 fn check_assets(shot: &Shot) -> Result<(), Diagnostics> {
-    let Some(name) = shot.input.rest.changed_asset() else { return Ok(()) };
+    let Some(name) = shot.input.base.changed_asset() else { return Ok(()) };
     let message = format!("`{name}` changed while its frames were rendered");
     Err(Diagnostic::error(message).because(Cause::Io).help("run again").into())
 }
 
 fn write_all(
-    pictures: Receiver<Exposed>,
+    pictures: Receiver<RenderedFrame>,
     manifest: Option<&Manifest>,
     watch: Watch,
     failed: &AtomicBool,
 ) -> Result<(), Diagnostic> {
-    for Exposed { frames, film, render, stats, start } in pictures {
-        let mut reused = Reused::None;
-        for (making, file) in frames {
-            let written = encode(&film, &render, &notes(&making, &stats, &render), &file)
+    for RenderedFrame { frames, film, render, stats, start } in pictures {
+        let mut reused = FrameSource::None;
+        for (provenance, file) in frames {
+            let written = encode(&film, &render, &metadata(&provenance, &stats, &render), &file)
                 .map_err(|e| Diagnostic::error(format!("cannot encode {}: {e}", file.display())).because(Cause::Io))
-                .and_then(|bytes| write(manifest, &making, &file, &bytes));
+                .and_then(|bytes| write(manifest, &provenance, &file, &bytes));
             if let Err(problem) = written {
                 failed.store(true, Ordering::Relaxed);
                 return Err(problem);
             }
-            let stats = if reused == Reused::None { stats.clone() } else { FrameStats::default() };
+            let stats = if reused == FrameSource::None { stats.clone() } else { FrameStats::default() };
             let total_seconds = start.elapsed().as_secs_f64();
-            watch(Event::Written(Box::new(Report { frame: making.frame, file, reused, stats, total_seconds })));
-            reused = Reused::Copy;
+            watch(Event::Written(Box::new(Report { frame: provenance.frame, file, reused, stats, total_seconds })));
+            reused = FrameSource::Copy;
         }
     }
     Ok(())
 }
 
-fn encode(film: &Film, render: &Render, notes: &Notes, file: &Path) -> Result<Vec<u8>, String> {
+fn encode(film: &Film, render: &Render, metadata: &Metadata, file: &Path) -> Result<Vec<u8>, String> {
     if is_exr(file) {
-        return encode_exr(film, render, notes);
+        return encode_exr(film, render, metadata);
     }
-    encode_png(film, render, notes).map_err(|e| e.to_string())
+    encode_png(film, render, metadata).map_err(|e| e.to_string())
 }
 
 /// Sees to it that a file can hold what the settings ask for.
@@ -288,14 +282,14 @@ pub fn suits(render: &Render, file: &Path) -> Result<(), Diagnostic> {
 }
 
 /// The manifest knows of the file before it has its name, so that a kill between the two loses nothing.
-fn write(manifest: Option<&Manifest>, making: &Making, file: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
-    output::write_after(file, bytes, || manifest.map_or(Ok(()), |manifest| manifest.add(file, making, bytes)))
+fn write(manifest: Option<&Manifest>, provenance: &Provenance, file: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
+    output::write_after(file, bytes, || manifest.map_or(Ok(()), |manifest| manifest.add(file, provenance, bytes)))
 }
 
 /// What a picture says of its making: nothing of the machine, the time, or the way it was found.
-fn notes(making: &Making, stats: &FrameStats, render: &Render) -> Notes {
-    let mut notes = making_notes(making);
-    notes.push(("Seed".into(), stats.seed.to_string()));
-    notes.push(("Settings".into(), settings_note(render)));
-    notes
+fn metadata(provenance: &Provenance, stats: &FrameStats, render: &Render) -> Metadata {
+    let mut metadata = provenance_metadata(provenance);
+    metadata.push(("Seed".into(), stats.seed.to_string()));
+    metadata.push(("Settings".into(), settings_text(render)));
+    metadata
 }

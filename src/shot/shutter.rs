@@ -6,13 +6,13 @@
 //!
 //! Where motion is a layer, each slice goes with the same moment of the frame before.
 
-use super::outline::{Outline, Rest};
+use super::fingerprint::{BaseFingerprint, Fingerprint};
 use super::{Input, Shot, guarded};
 use crate::base::diagnostics::Diagnostics;
 use crate::components::{Aov, Camera, Edit, Render};
 use crate::script::TimeMode;
-use crate::systems::{self, Past, Stage, Undo};
-use crate::trace::integrator::Share;
+use crate::systems::{self, PreviousFrame, Stage, Undo};
+use crate::trace::integrator::SampleSubset;
 
 /// One moment of a frame as data.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,8 +26,8 @@ pub struct Slice {
 
 impl Slice {
     /// The moment as data.
-    pub(super) fn outline(&self, rest: &Rest) -> Outline {
-        rest.outline_after(&self.edits, self.before.as_deref())
+    pub(super) fn fingerprint(&self, rest: &BaseFingerprint) -> Fingerprint {
+        rest.fingerprint_after(&self.edits, self.before.as_deref())
     }
 }
 
@@ -48,7 +48,7 @@ impl Input {
     pub(super) fn slices(&self, frame: u32) -> Result<Vec<Slice>, Diagnostics> {
         let own = self.edits(frame)?;
         let render = last_render(&own).cloned();
-        let [open, close] = last_camera(&own).unwrap_or(self.rest.camera()).shutter.to_array();
+        let [open, close] = last_camera(&own).unwrap_or(self.base.camera()).shutter.to_array();
         let settings = render.as_ref().unwrap_or(&self.settings);
         let count = if close > open { settings.moments() } else { 1 };
         let earlier = self.frame_before(frame).filter(|_| settings.aovs.contains(&Aov::Motion));
@@ -88,20 +88,20 @@ impl Input {
         stage: &mut Stage,
         frame: u32,
         slices: Vec<Slice>,
-        mut work: impl FnMut(&mut Stage, Share) -> Result<bool, Diagnostics>,
+        mut work: impl FnMut(&mut Stage, SampleSubset) -> Result<bool, Diagnostics>,
     ) -> Result<(), Diagnostics> {
         let of = slices.len() as u32;
         let mut applied = Applied::default();
         let mut done = Ok(true);
         for (index, slice) in (0..).zip(slices) {
-            let share = Share { index, of };
+            let share = SampleSubset { index, of };
             done = applied.show(stage, slice).and_then(|()| guarded(stage, |stage| work(stage, share)));
             if !matches!(done, Ok(true)) {
                 break;
             }
         }
         applied.take_back(stage);
-        stage.set_past(None);
+        stage.set_previous_frame(None);
         done.map(drop).map_err(|problems| self.in_frame(frame, problems))
     }
 }
@@ -118,16 +118,16 @@ impl Applied {
     fn show(&mut self, stage: &mut Stage, slice: Slice) -> Result<(), Diagnostics> {
         let Slice { time, edits, before } = slice;
         stage.set_time(time);
-        stage.set_past(None);
+        stage.set_previous_frame(None);
         if let Some(before) = before {
-            self.lead_to(stage, before).map_err(in_the_frame_before)?;
-            stage.set_past(Some(Past::of(stage)));
+            self.go_to(stage, before).map_err(in_the_frame_before)?;
+            stage.set_previous_frame(Some(PreviousFrame::of(stage)));
         }
-        self.lead_to(stage, edits)
+        self.go_to(stage, edits)
     }
 
     /// Puts edits in the place of those before. What both have in common is left alone.
-    fn lead_to(&mut self, stage: &mut Stage, edits: Vec<Edit>) -> Result<(), Diagnostics> {
+    fn go_to(&mut self, stage: &mut Stage, edits: Vec<Edit>) -> Result<(), Diagnostics> {
         let step = match step(&self.edits, &edits) {
             Some(step) => step,
             None => {
@@ -201,8 +201,8 @@ mod tests {
         assert_eq!(step(&from, &next), Some(vec![camera(41.0), ball(1, 2.5)]));
         assert_eq!(step(&from, &next[..2]), None);
         assert_eq!(step(&from, &[camera(40.0), ball(1, 1.0), ball(1, 2.0)]), None);
-        let worn = Edit::Put { entity: 0, component: MaterialName("x".into()).into() };
-        assert_eq!(step(&from, &[camera(40.0), worn, ball(1, 2.0)]), None);
+        let material = Edit::Put { entity: 0, component: MaterialName("x".into()).into() };
+        assert_eq!(step(&from, &[camera(40.0), material, ball(1, 2.0)]), None);
         let gone = |entity| [Edit::Despawn { entity }];
         assert_eq!(step(&gone(0), &gone(1)), None);
     }

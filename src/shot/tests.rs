@@ -4,31 +4,32 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
-use super::outline::Part;
+use super::fingerprint::FramePart;
 use super::*;
 use crate::base::digest::Digest;
 use crate::components::*;
 use crate::output::names::Target;
 
-fn lamp(color: DVec3) -> Bag {
-    Bag::new([PointLight { color, ..PointLight::default() }.into(), Transform::default().into()])
+fn lamp(color: DVec3) -> EntityDesc {
+    EntityDesc::new([PointLight { color, ..PointLight::default() }.into(), Transform::default().into()])
 }
 
 fn scene() -> Scene {
-    let ball = Bag::new([Sphere::default().into(), Transform::default().into(), MaterialName("m".into()).into()]);
+    let ball =
+        EntityDesc::new([Sphere::default().into(), Transform::default().into(), MaterialName("m".into()).into()]);
     Scene {
         materials: vec![("m".into(), Material::default()), ("unworn".into(), Material::default())],
-        entities: vec![ball.named("ball"), lamp(DVec3::ONE), Bag::new([Plane::default().into()])],
+        entities: vec![ball.named("ball"), lamp(DVec3::ONE), EntityDesc::new([Plane::default().into()])],
         ..Scene::default()
     }
 }
 
-fn rest(scene: &Scene) -> Rest {
-    Rest::new(Arc::new(scene.clone()), Assets::new(scene.base.clone()))
+fn rest(scene: &Scene) -> BaseFingerprint {
+    BaseFingerprint::new(Arc::new(scene.clone()), Assets::new(scene.base.clone()))
 }
 
 fn hash(scene: &Scene, edits: &[Edit]) -> Digest {
-    rest(scene).outline(edits).hash()
+    rest(scene).fingerprint(edits).hash()
 }
 
 fn put(entity: usize, component: impl Into<Component>) -> Edit {
@@ -36,10 +37,10 @@ fn put(entity: usize, component: impl Into<Component>) -> Edit {
 }
 
 /// Sets a field and gives what it then is.
-type Set<'a> = &'a mut dyn FnMut(&Value) -> Result<Value, FieldError>;
+type SetField<'a> = &'a mut dyn FnMut(&Value) -> Result<Value, FieldError>;
 
 /// Tries values on a field until it holds another one than before.
-fn flip(before: &Value, set: Set) -> bool {
+fn flip(before: &Value, set: SetField) -> bool {
     let vector = Value::Vec3(DVec3::new(0.25, 0.5, 0.75));
     let list = |item: &Value, n: usize| Value::List(vec![item.clone(); n]);
     let mut values = vec![Value::Bool(true), Value::Bool(false), Value::Int(3), Value::Int(8), Value::Number(0.375)];
@@ -68,10 +69,10 @@ fn every_field_of_every_component_decides_the_hash() {
     for kind in Kind::ALL {
         let mut scene = scene();
         let mut component = kind.default_component();
-        if let Component::MaterialName(worn) = &mut component {
-            worn.0 = "m".into();
+        if let Component::MaterialName(name) = &mut component {
+            name.0 = "m".into();
         }
-        scene.entities.push(Bag::new([component.clone()]));
+        scene.entities.push(EntityDesc::new([component.clone()]));
         let before = hash(&scene, &[]);
         for field in kind.fields().iter().filter(|field| **field != "file") {
             let mut changed = component.clone();
@@ -119,24 +120,24 @@ fn every_field_of_camera_settings_and_materials_decides_the_hash() {
 #[test]
 fn what_changed_is_said_in_parts() {
     let rest = rest(&scene());
-    let before = rest.outline(&[]);
-    let changes = |edits: &[Edit]| rest.outline(edits).changes(&before);
+    let before = rest.fingerprint(&[]);
+    let changes = |edits: &[Edit]| rest.fingerprint(edits).changes(&before);
     let turned = || Transform { rotation: DVec3::Y, ..Transform::default() };
     assert_eq!(changes(&[]), []);
-    assert_eq!(changes(&[Edit::Camera(Camera { fov: 9.0, ..Camera::default() })]), [Part::Camera]);
-    assert_eq!(changes(&[Edit::Camera(Camera { aperture: 9.0, ..Camera::default() })]), [Part::Lens]);
-    assert_eq!(changes(&[Edit::Render(Render { samples: 9, ..Render::default() })]), [Part::Settings]);
+    assert_eq!(changes(&[Edit::Camera(Camera { fov: 9.0, ..Camera::default() })]), [FramePart::Camera]);
+    assert_eq!(changes(&[Edit::Camera(Camera { aperture: 9.0, ..Camera::default() })]), [FramePart::Lens]);
+    assert_eq!(changes(&[Edit::Render(Render { samples: 9, ..Render::default() })]), [FramePart::Settings]);
     assert_eq!(changes(&[Edit::Render(Render { accel: Accel::Grid, ..Render::default() })]), []);
-    assert_eq!(changes(&[put(0, Sphere { radius: 2.0, ..Sphere::default() })]), [Part::Geometry]);
-    assert_eq!(changes(&[put(0, turned())]), [Part::Transforms]);
-    assert_eq!(changes(&[put(1, turned())]), [Part::Lights]);
-    assert_eq!(changes(&[put(1, PointLight { color: DVec3::X, ..PointLight::default() })]), [Part::LightColors]);
+    assert_eq!(changes(&[put(0, Sphere { radius: 2.0, ..Sphere::default() })]), [FramePart::Geometry]);
+    assert_eq!(changes(&[put(0, turned())]), [FramePart::Transforms]);
+    assert_eq!(changes(&[put(1, turned())]), [FramePart::Lights]);
+    assert_eq!(changes(&[put(1, PointLight { color: DVec3::X, ..PointLight::default() })]), [FramePart::LightColors]);
     let red = || Material { color: DVec3::X, ..Material::default() };
-    assert_eq!(changes(&[Edit::Material { index: 0, material: red() }]), [Part::Materials]);
+    assert_eq!(changes(&[Edit::Material { index: 0, material: red() }]), [FramePart::Materials]);
     assert_eq!(changes(&[Edit::Material { index: 1, material: red() }]), []);
-    assert_eq!(changes(&[put(0, MaterialName("unworn".into()))]), [Part::Materials]);
-    let spawned = Edit::Spawn(Bag::new([Sphere::default().into()]));
-    assert_eq!(changes(std::slice::from_ref(&spawned)), [Part::Geometry]);
+    assert_eq!(changes(&[put(0, MaterialName("unworn".into()))]), [FramePart::Materials]);
+    let spawned = Edit::Spawn(EntityDesc::new([Sphere::default().into()]));
+    assert_eq!(changes(std::slice::from_ref(&spawned)), [FramePart::Geometry]);
     assert_eq!(changes(&[spawned, Edit::Despawn { entity: 3 }]), []);
 }
 
@@ -144,7 +145,7 @@ fn what_changed_is_said_in_parts() {
 fn edits_and_the_scene_that_they_make_have_the_same_hash() {
     let start = scene();
     let red = Material { color: DVec3::X, ..Material::default() };
-    let added = Bag::new([Sphere::default().into(), MaterialName("new".into()).into()]);
+    let added = EntityDesc::new([Sphere::default().into(), MaterialName("new".into()).into()]);
     let edits = [
         Edit::AddMaterial { name: "new".into(), material: red.clone() },
         Edit::Spawn(added.clone()),
@@ -219,7 +220,7 @@ fn equal_frames_know_each_other() {
     let twins = plan.frames.iter().filter(|p| p.twin.is_some()).count();
     assert_eq!(twins, 200 - 51);
     assert_eq!((plan.frames[0].twin, plan.frames[51].twin, plan.frames[100].twin), (None, Some(50), Some(1)));
-    assert_eq!(plan.frames[1].changes.as_deref(), Some(&[Part::Camera][..]));
+    assert_eq!(plan.frames[1].changes.as_deref(), Some(&[FramePart::Camera][..]));
     assert_eq!(plan.frames[0].file, PathBuf::from("nowhere/s.0001.png"));
 }
 
@@ -232,9 +233,9 @@ fn shards_are_the_whole_in_order_and_cost_about_the_same() {
         let mut all = Vec::new();
         for i in 1..=n {
             let mut plan = planned(&mut shot);
-            let whole: f64 = plan.frames.iter().map(plan::Planned::cost).sum();
+            let whole: f64 = plan.frames.iter().map(plan::PlannedFrame::cost).sum();
             plan.keep_shard(i, n);
-            let cost: f64 = plan.frames.iter().map(plan::Planned::cost).sum();
+            let cost: f64 = plan.frames.iter().map(plan::PlannedFrame::cost).sum();
             assert!(n > 7 || cost < 1.5 * whole / f64::from(n), "{i}/{n}: {cost} of {whole}");
             all.extend(plan.frames.iter().map(|planned| planned.frame));
         }
@@ -243,13 +244,13 @@ fn shards_are_the_whole_in_order_and_cost_about_the_same() {
 }
 
 #[test]
-fn work_that_falls_over_loses_its_own_frame() {
+fn a_panic_loses_its_own_frame_only() {
     let (_folder, mut shot) = shot("animation(#{ frames: 3 });\nfn frame(s, f) { s.camera.fov = 9 + f.number; }");
     let Shot { stage, input, .. } = &mut shot;
     let before = systems::collect(stage);
     let edits = input.edits(2).unwrap();
-    let fell = input.with_frame(stage, 2, edits, |_| -> Result<(), _> { panic!("the roof") }).unwrap_err();
-    assert!(fell.to_string().contains("in frame 2: the renderer fell over: the roof"), "{fell}");
+    let failed = input.with_frame(stage, 2, edits, |_| -> Result<(), _> { panic!("the roof") }).unwrap_err();
+    assert!(failed.to_string().contains("in frame 2: the renderer failed: the roof"), "{failed}");
     assert_eq!(systems::collect(stage), before);
     assert!(input.evaluate(stage, 2, None).is_ok());
 }
@@ -275,9 +276,9 @@ fn a_frame_that_tells_what_has_moved_depends_on_the_frame_before() {
         let plan = plan::make(&mut shot, &[1, 2, 3, 4], target).unwrap();
         assert_eq!(plan.frames[3].twin, Some(if aovs == "\"Motion\"" { 3 } else { 2 }));
         plan.frames.iter().for_each(|planned| {
-            let outline = planned.outline.as_ref().unwrap();
+            let fingerprint = planned.fingerprint.as_ref().unwrap();
             let shares = aovs != "\"Motion\"";
-            assert_eq!((outline.is_sum, outline.is_still), (shares, shares));
+            assert_eq!((fingerprint.is_sum, fingerprint.has_static_camera), (shares, shares));
         });
         [1, 2, 3].map(|i: usize| plan.frames[i].hash)
     };

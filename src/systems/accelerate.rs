@@ -2,8 +2,8 @@
 
 use super::stage::{AccelKey, Stage};
 use crate::components::{Integrator, Render};
-use crate::trace::Accelerator;
-use crate::trace::integrator::Share;
+use crate::trace::accel::Accelerator;
+use crate::trace::integrator::SampleSubset;
 
 /// Rays that a sample gives rise to, the camera's included, where it does not follow a path: more than most do, for too
 /// poor a tree costs more than one that is too good.
@@ -11,13 +11,13 @@ const RAYS_PER_SAMPLE: f64 = 8.0;
 
 /// Builds the accelerator if the columns or its settings changed, or if it serves more rays than it was built for; true
 /// if it did. The World stands as a share of a picture's samples wants it.
-pub fn update(stage: &mut Stage, share: Share, rebuilt: bool) -> bool {
+pub fn update(stage: &mut Stage, share: SampleSubset, rebuilt: bool) -> bool {
     let settings = stage.settings();
     let key = AccelKey { choice: settings.accel, density: settings.grid_density };
     let of_picture = rays_of(&settings);
     let now = of_picture / f64::from(share.of);
-    let at_most = of_picture * f64::from(stage.pictures);
-    let kept = &mut stage.kept;
+    let at_most = of_picture * f64::from(stage.frames_left);
+    let kept = &mut stage.derived;
     let before = kept.accelerator.as_ref().map(|(_, accelerator)| accelerator);
     // One that lasted so long is expected to last as long again, and the first one as long as there is anything to draw.
     let expected = if before.is_some() { kept.served.max(now).min(at_most) } else { at_most };

@@ -5,7 +5,7 @@
 
 use hecs::EntityBuilder;
 
-use super::stage::{Absent, Name, Stage, Tags, put, take};
+use super::stage::{Despawned, Name, Stage, Tags, put, take};
 use super::{extract, hierarchy, spawn};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::*;
@@ -36,8 +36,8 @@ pub fn animate(stage: &mut Stage, edits: Vec<Edit>) -> Result<Undo, Diagnostics>
         .try_for_each(|edit| apply(stage, edit).map(|inverse| done.0.push(inverse)))
         .map_err(Diagnostics::from)
         .and_then(|()| hierarchy::update(stage))
-        .and_then(|()| if stage.kept.stale_clothes { extract::check_materials(stage) } else { Ok(()) });
-    stage.kept.stale_clothes = false;
+        .and_then(|()| if stage.derived.stale_materials { extract::check_materials(stage) } else { Ok(()) });
+    stage.derived.stale_materials = false;
     match applied {
         Ok(()) => Ok(done),
         Err(problems) => {
@@ -98,19 +98,19 @@ fn apply(stage: &mut Stage, edit: Edit) -> Result<Inverse, Diagnostic> {
             stage.live(entity).ok_or_else(|| gone(entity))?;
             Inverse::Tags(entity, set_tags(stage, entity, tags))
         }
-        Edit::Spawn(bag) => {
-            for component in bag.components() {
-                let owner = || bag.label(stage.entities.len());
+        Edit::Spawn(desc) => {
+            for component in desc.components() {
+                let owner = || desc.label(stage.entities.len());
                 component.record().check().map_err(|e| spawn::invalid(&owner(), component.kind().name(), e))?;
             }
-            spawn::spawn_bag(stage, &mut EntityBuilder::new(), bag)?;
+            spawn::spawn_entity(stage, &mut EntityBuilder::new(), desc)?;
             touch_all(stage);
             Inverse::Unspawn
         }
         Edit::Despawn { entity } => {
             let id = stage.live(entity).ok_or_else(|| gone(entity))?;
             // A live entity takes any component.
-            let _ = stage.world.insert_one(id, Absent);
+            let _ = stage.world.insert_one(id, Despawned);
             touch_all(stage);
             Inverse::Revive(entity)
         }
@@ -153,7 +153,7 @@ fn revert(stage: &mut Stage, inverse: Inverse) {
             touch_all(stage);
         }
         Inverse::Revive(index) => {
-            let _ = stage.world.remove_one::<Absent>(stage.entities[index]);
+            let _ = stage.world.remove_one::<Despawned>(stage.entities[index]);
             touch_all(stage);
         }
     }
@@ -174,7 +174,7 @@ fn set_render(stage: &mut Stage, render: Render) -> Render {
 fn set_material(stage: &mut Stage, index: usize, material: Material) -> Material {
     let entity = stage.materials[index];
     let old = stage.world.get::<&Material>(entity).map(|m| (*m).clone()).unwrap_or_default();
-    stage.kept.stale_geometry |= extract::shows_both_sides(&old) != extract::shows_both_sides(&material);
+    stage.derived.stale_geometry |= extract::shows_both_sides(&old) != extract::shows_both_sides(&material);
     let _ = stage.world.insert_one(entity, material);
     old
 }
@@ -199,25 +199,25 @@ fn touch(stage: &mut Stage, entity: usize, now: Option<&Component>, kind: Kind) 
                 Some(Component::Transform(transform)) => transform.parent.as_ref(),
                 _ => None,
             };
-            stage.kept.stale_geometry = true;
+            stage.derived.stale_geometry = true;
             if before.as_ref() == now {
-                stage.kept.moved.push(entity);
+                stage.derived.moved.push(entity);
             } else {
-                stage.kept.stale_hierarchy = true;
+                stage.derived.stale_hierarchy = true;
             }
         }
         Kind::Motion => touch_all(stage),
         Kind::PointLight | Kind::AreaLight | Kind::Texture => {}
         Kind::MaterialName => {
-            stage.kept.stale_clothes = true;
-            stage.kept.stale_geometry = true;
+            stage.derived.stale_materials = true;
+            stage.derived.stale_geometry = true;
         }
-        _ => stage.kept.stale_geometry = true,
+        _ => stage.derived.stale_geometry = true,
     }
 }
 
 fn touch_all(stage: &mut Stage) {
-    stage.kept.stale_clothes = true;
-    stage.kept.stale_hierarchy = true;
-    stage.kept.stale_geometry = true;
+    stage.derived.stale_materials = true;
+    stage.derived.stale_hierarchy = true;
+    stage.derived.stale_geometry = true;
 }

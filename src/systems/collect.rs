@@ -10,19 +10,19 @@ pub fn collect(stage: &Stage) -> Scene {
         let mut query = world.query_one::<(&Name, &Material)>(*entity);
         query.get().ok().map(|(name, material)| (name.0.clone(), material.clone()))
     };
-    let bag = |index: usize| {
+    let desc = |index: usize| {
         let entity = stage.live(index)?;
-        let mut bag = Bag::new(Kind::ALL.iter().filter_map(|kind| get(world, entity, *kind)));
-        bag.name = world.get::<&Name>(entity).ok().map(|name| name.0.clone());
-        bag.tags = world.get::<&Tags>(entity).map(|tags| tags.0.clone()).unwrap_or_default();
-        Some(bag)
+        let mut desc = EntityDesc::new(Kind::ALL.iter().filter_map(|kind| get(world, entity, *kind)));
+        desc.name = world.get::<&Name>(entity).ok().map(|name| name.0.clone());
+        desc.tags = world.get::<&Tags>(entity).map(|tags| tags.0.clone()).unwrap_or_default();
+        Some(desc)
     };
     Scene {
         camera: stage.camera(),
         render: stage.settings(),
         materials: stage.materials.iter().filter_map(material).collect(),
-        entities: (0..stage.entities.len()).filter_map(bag).collect(),
+        entities: (0..stage.entities.len()).filter_map(desc).collect(),
         base: stage.base.clone(),
-        pictures: stage.kept.pictures.clone(),
+        images: stage.derived.images.clone(),
     }
 }

@@ -14,7 +14,7 @@ pub struct Placement(pub DAffine3);
 
 /// How far the walk over one entity has come.
 #[derive(Clone, Copy)]
-enum Progress {
+enum VisitState {
     Waiting,
     /// On the way from a child to its root.
     Open,
@@ -26,12 +26,12 @@ enum Progress {
 /// # Errors
 /// An unknown or removed parent, a cycle of parents, a chain of parents over the limit.
 pub fn update(stage: &mut Stage) -> Result<(), Diagnostics> {
-    if !stage.kept.stale_hierarchy {
-        let moved = std::mem::take(&mut stage.kept.moved);
+    if !stage.derived.stale_hierarchy {
+        let moved = std::mem::take(&mut stage.derived.moved);
         moved.into_iter().for_each(|index| move_with_children(stage, index));
         return Ok(());
     }
-    let mut progress = vec![Progress::Waiting; stage.entities.len()];
+    let mut progress = vec![VisitState::Waiting; stage.entities.len()];
     let mut chain = Vec::new();
     let mut children: FxHashMap<usize, Vec<usize>> = FxHashMap::default();
     for index in 0..stage.entities.len() {
@@ -39,14 +39,14 @@ pub fn update(stage: &mut Stage) -> Result<(), Diagnostics> {
     }
     for (index, state) in progress.into_iter().enumerate() {
         let placement = match state {
-            Progress::Done(matrix) => Some(matrix),
-            Progress::Waiting | Progress::Open => None,
+            VisitState::Done(matrix) => Some(matrix),
+            VisitState::Waiting | VisitState::Open => None,
         };
         put_placement(stage, index, placement);
     }
-    stage.kept.children = children;
-    stage.kept.moved.clear();
-    stage.kept.stale_hierarchy = false;
+    stage.derived.children = children;
+    stage.derived.moved.clear();
+    stage.derived.stale_hierarchy = false;
     Ok(())
 }
 
@@ -76,7 +76,7 @@ fn move_with_children(stage: &mut Stage, index: usize) {
         let above = above.and_then(|parent| stage.world.get::<&Placement>(parent).ok().map(|p| p.0));
         let placement = below(stage, index, above.unwrap_or(DAffine3::IDENTITY));
         put_placement(stage, index, Some(placement));
-        open.extend(stage.kept.children.get(&index).into_iter().flatten());
+        open.extend(stage.derived.children.get(&index).into_iter().flatten());
     }
 }
 
@@ -97,7 +97,7 @@ fn below(stage: &Stage, index: usize, above: DAffine3) -> DAffine3 {
 fn place(
     stage: &Stage,
     index: usize,
-    progress: &mut [Progress],
+    progress: &mut [VisitState],
     chain: &mut Vec<usize>,
     children: &mut FxHashMap<usize, Vec<usize>>,
 ) -> Result<(), Diagnostic> {
@@ -106,14 +106,14 @@ fn place(
     let mut matrix = DAffine3::IDENTITY;
     while let Some(here) = at {
         match progress[here] {
-            Progress::Done(known) => {
+            VisitState::Done(known) => {
                 matrix = known;
                 break;
             }
-            Progress::Open => return Err(cycle(stage, chain, here)),
-            Progress::Waiting => {}
+            VisitState::Open => return Err(cycle(stage, chain, here)),
+            VisitState::Waiting => {}
         }
-        progress[here] = Progress::Open;
+        progress[here] = VisitState::Open;
         chain.push(here);
         if chain.len() > limits::HIERARCHY_DEPTH {
             let message = format!("{} has more than {} parents", stage.label(index), limits::HIERARCHY_DEPTH);
@@ -126,7 +126,7 @@ fn place(
     }
     for here in chain.drain(..).rev() {
         matrix = below(stage, here, matrix);
-        progress[here] = Progress::Done(matrix);
+        progress[here] = VisitState::Done(matrix);
     }
     Ok(())
 }

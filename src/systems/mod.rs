@@ -10,33 +10,33 @@
 //! the accelerator is rebuilt only if the columns differ.
 //!
 //! A frame whose shutter is open is several moments of the World: each is set up as above and adds its share of every
-//! pixel's samples to an [`Exposure`].
+//! pixel's samples to a [`PartialFrame`].
 
 mod accelerate;
 mod animate;
-mod before;
-mod bodies;
 mod collect;
 mod extract;
 mod hierarchy;
 mod lens;
 mod lights;
+mod previous_frame;
 mod render;
-mod skins;
+mod reuse_bounds;
 mod spawn;
 mod stage;
-mod still;
+mod static_camera;
+mod textures;
 
 pub use animate::{Undo, animate, undo};
-pub use before::Past;
-pub use bodies::{Body, affected, body};
 pub use collect::collect;
-pub use hierarchy::update as place;
-pub use lights::{Passes, Shiner};
-pub use render::{Exposure, FrameStats, check, expose, forget, render, sum_of};
+pub use hierarchy::update as update_hierarchy;
+pub use lights::{EmitterId, LightGroups};
+pub use previous_frame::PreviousFrame;
+pub use render::{FrameStats, PartialFrame, check, forget, render, render_samples, weighted_sum};
+pub use reuse_bounds::{ReuseBounds, affected_entities, reuse_bounds};
 pub use spawn::spawn;
 pub use stage::Stage;
-pub use still::{Scenes, Still};
+pub use static_camera::{ObjectStates, StaticCameraCache};
 
 #[cfg(test)]
 mod tests;

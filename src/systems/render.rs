@@ -6,19 +6,22 @@ use std::time::Instant;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::lights::Passes;
-use super::stage::{Kept, Stage};
-use super::still::{Kept as KeptTile, Still};
-use super::{accelerate, extract, hierarchy, lens, lights, skins};
+use super::lights::LightGroups;
+use super::stage::{DerivedCache, Stage};
+use super::static_camera::{CachedTile, StaticCameraCache};
+use super::{accelerate, extract, hierarchy, lens, lights, textures};
 use crate::base::diagnostics::Diagnostics;
 use crate::components::{Integrator, Render, Transfer};
-use crate::film::{Film, FilterTable, Gather, Tally, denoise};
+use crate::film::{AccumulatorOptions, Film, FilterTable, PixelAccumulator, denoise};
 use crate::load::image;
-use crate::trace::environment::{Environment, Source};
-use crate::trace::integrator::{self, Guide, Photons, Settings, Share, Shelf, View};
-use crate::trace::lights::Lights;
+use crate::trace::counters::Counters;
+use crate::trace::integrator;
+use crate::trace::integrator::photon::{PhotonCache, PhotonPass, ProgressiveState};
+use crate::trace::integrator::{Estimator, SampleSubset};
+use crate::trace::light::Lights;
+use crate::trace::light::environment::{Environment, EnvironmentMap};
 use crate::trace::simd::Width;
-use crate::trace::{Counters, Worker};
+use crate::trace::wavefront::{RenderContext, Settings, Worker};
 
 /// Side of a tile in pixels: small enough to share out evenly, large enough for neighbours to share cells.
 const TILE: u32 = 16;
@@ -40,51 +43,51 @@ pub struct FrameStats {
     pub tiles_kept: usize,
     /// Share of all samples that were kept, 0 to 1.
     pub share_kept: f64,
-    /// Passes that the picture is the sum of.
+    /// Light groups that the picture is the sum of, and how many of them were kept from an earlier frame.
     pub passes: usize,
     pub passes_kept: usize,
-    /// Photon maps that the picture was made with.
+    /// Photon maps that the picture was made with, and how many of them were kept.
     pub photon_maps: usize,
     pub photon_maps_kept: usize,
     /// Memory of what is kept for later frames.
     pub reuse_bytes: usize,
 }
 
-/// A frame while it is exposed: sums of samples, and what they cost so far.
+/// A frame while its samples are traced: their sums, and what they cost so far.
 #[derive(Default)]
-pub struct Exposure {
-    plate: Option<Plate>,
+pub struct PartialFrame {
+    accumulators: Option<FrameAccumulators>,
     stats: FrameStats,
-    /// Of searches for photons, once the first pass has made it.
-    guide: Option<Guide>,
-    /// The passes that lights are divided into.
-    pub passes: Passes,
-    /// What is kept from picture to picture, and which of them this one is.
-    pub still: Option<(Still, usize)>,
-    /// Photons that are kept, and room for more of them.
-    pub shelf: Option<Shelf>,
+    /// Radii of photon searches, once the first pass has estimated them.
+    guide: Option<ProgressiveState>,
+    /// The light groups that emitters are divided into.
+    pub light_groups: LightGroups,
+    /// Tiles that are kept over a window of frames, and the number of this frame in it.
+    pub tile_cache: Option<(StaticCameraCache, usize)>,
+    /// Photon maps that are kept, and room for more of them.
+    pub photon_cache: Option<PhotonCache>,
 }
 
-/// What a frame's first share lays down for all of them.
-struct Plate {
+/// The accumulators of a frame, set up with its first samples.
+struct FrameAccumulators {
     size: [u32; 2],
-    gather: Gather,
+    options: AccumulatorOptions,
     denoise: bool,
     passes: usize,
-    /// One for each pass of each tile, those of a tile together.
-    tallies: Vec<Tally>,
+    /// One for each light group of each tile, those of a tile together.
+    tiles: Vec<PixelAccumulator>,
 }
 
-impl Exposure {
-    /// The share of the samples that were traced, 0 to 1.
+impl PartialFrame {
+    /// Share of the samples that were traced, 0 to 1.
     pub fn share_traced(&self) -> f64 {
         1.0 - self.stats.share_kept
     }
 
-    /// The frame as means of its samples, a film for each pass; `None` before its first share.
-    pub fn develop(self) -> Option<(Vec<Film>, FrameStats)> {
-        let Plate { size, gather, denoise: wanted, passes, tallies } = self.plate?;
-        let of_pass = |pass: usize| develop(size, gather_of(gather, pass), tallies.iter().skip(pass).step_by(passes));
+    /// The frame as means of its samples, a film for each light group; `None` before its first samples.
+    pub fn resolve(self) -> Option<(Vec<Film>, FrameStats)> {
+        let FrameAccumulators { size, options, denoise: wanted, passes, tiles } = self.accumulators?;
+        let of_pass = |pass: usize| resolve(size, options_of(options, pass), tiles.iter().skip(pass).step_by(passes));
         let mut films: Vec<Film> = (0..passes).map(of_pass).collect();
         if wanted {
             films.iter_mut().for_each(denoise);
@@ -93,13 +96,13 @@ impl Exposure {
     }
 }
 
-/// What is gathered beside the colours belongs to the first pass.
-fn gather_of(gather: Gather, pass: usize) -> Gather {
-    if pass == 0 { gather } else { Gather { moments: false, features: false, ..gather } }
+/// What is accumulated beside the colours belongs to the first light group.
+fn options_of(options: AccumulatorOptions, pass: usize) -> AccumulatorOptions {
+    if pass == 0 { options } else { AccumulatorOptions { moments: false, features: false, ..options } }
 }
 
-/// The picture that passes add up to, each but the first by its factor, in their order.
-pub fn sum_of(first: &Film, others: &[Film], factors: &[Vec3]) -> Film {
+/// The frame that light groups add up to, each but the first times its factor, in their order.
+pub fn weighted_sum(first: &Film, others: &[Film], factors: &[Vec3]) -> Film {
     let mut film = first.clone();
     for (other, factor) in others.iter().zip(factors) {
         for (sum, color) in film.pixels.iter_mut().zip(&other.pixels) {
@@ -109,18 +112,19 @@ pub fn sum_of(first: &Film, others: &[Film], factors: &[Vec3]) -> Film {
     film
 }
 
-impl Plate {
+impl FrameAccumulators {
     fn new(settings: &Render, filter: &FilterTable, passes: usize) -> Self {
         let size = settings.size;
-        let gather = Gather {
+        let options = AccumulatorOptions {
             clamp: settings.clamp.map(|c| c as f32),
             signed: filter.is_signed(),
             moments: settings.gathers_moments(),
             features: settings.gathers_features(),
         };
-        let tally = |i: usize| Tally::new(places(i / passes, size).len(), gather_of(gather, i % passes));
-        let tallies = (0..tile_count(size) * passes).map(tally).collect();
-        Plate { size, gather, denoise: settings.denoise, passes, tallies }
+        let accumulator =
+            |i: usize| PixelAccumulator::new(tile_pixels(i / passes, size).len(), options_of(options, i % passes));
+        let tiles = (0..tile_count(size) * passes).map(accumulator).collect();
+        FrameAccumulators { size, options, denoise: settings.denoise, passes, tiles }
     }
 }
 
@@ -135,77 +139,77 @@ pub fn render(
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Option<(Film, FrameStats)>, Diagnostics> {
-    let mut exposure = Exposure::default();
-    let whole = expose(stage, Share::WHOLE, &mut exposure, cancel, progress)?;
-    let developed = exposure.develop().filter(|_| whole);
-    Ok(developed.and_then(|(mut films, stats)| films.pop().map(|film| (film, stats))))
+    let mut partial = PartialFrame::default();
+    let whole = render_samples(stage, SampleSubset::WHOLE, &mut partial, cancel, progress)?;
+    let resolved_films = partial.resolve().filter(|_| whole);
+    Ok(resolved_films.and_then(|(mut films, stats)| films.pop().map(|film| (film, stats))))
 }
 
-/// Adds a share of the samples of every pixel, at the moment at which the World stands; false if `cancel` was raised.
+/// Adds a subset of the samples of every pixel, at the moment at which the World stands; false if `cancel` was raised.
 ///
-/// Shares are exposed in their order, under the same settings of the picture: sums are taken in that order, and the
-/// seed that follows from the camera's pose is that of the first. Otherwise as [`render`].
+/// The subsets of a frame are added in their order, under the same settings of the picture: sums are taken in that order,
+/// and the seed that follows from the camera's pose is that of the first. Otherwise as [`render`].
 ///
 /// # Errors
 /// As [`render`].
-pub fn expose(
+pub fn render_samples(
     stage: &mut Stage,
-    share: Share,
-    exposure: &mut Exposure,
+    share: SampleSubset,
+    partial: &mut PartialFrame,
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<bool, Diagnostics> {
     let start = Instant::now();
     hierarchy::update(stage)?;
     let rebuilt = extract::update(stage)?;
-    exposure.stats.builds += u32::from(accelerate::update(stage, share, rebuilt));
+    partial.stats.builds += u32::from(accelerate::update(stage, share, rebuilt));
     let mut settings = stage.settings();
-    let surround_pass = exposure.passes.surround(&mut settings);
-    if exposure.plate.is_none() {
-        exposure.stats.seed = settings.seed.unwrap_or_else(|| lens::pose_seed(&stage.camera()));
+    let environment_group = partial.light_groups.assign_environment(&mut settings);
+    if partial.accumulators.is_none() {
+        partial.stats.seed = settings.seed.unwrap_or_else(|| lens::pose_seed(&stage.camera()));
     }
-    let resolved = Settings::new(&settings, exposure.stats.seed);
+    let resolved = Settings::new(&settings, partial.stats.seed);
     let mut camera = lens::camera_rays(stage, settings.size)?;
     if !resolved.lens {
         camera = camera.pinhole();
     }
-    let environment = surround(stage, &settings, resolved.follows_paths())?;
-    let before = stage.past.as_ref().map(|past| past.seen_from(stage, settings.size));
-    let skins = skins::skins(stage)?;
+    let environment = environment_of(stage, &settings, resolved.follows_paths())?;
+    let before = stage.previous.as_ref().map(|previous| previous.motion_to(stage, settings.size));
+    let bindings = textures::texture_bindings(stage)?;
     let mut materials = extract::materials(stage);
-    exposure.passes.divide(&mut materials);
-    let geometry = &stage.kept.geometry;
-    let lights = Lights::new(lights::lights(stage, &exposure.passes), geometry, &materials)
+    partial.light_groups.assign_materials(&mut materials);
+    let geometry = &stage.derived.geometry;
+    let lights = Lights::new(lights::lights(stage, &partial.light_groups), geometry, &materials)
         .under(environment.as_ref(), geometry)
-        .surrounded_in(surround_pass);
-    let Some((_, accelerator)) = &stage.kept.accelerator else { return Ok(false) };
+        .environment_in_group(environment_group);
+    let Some((_, accelerator)) = &stage.derived.accelerator else { return Ok(false) };
     let filter = FilterTable::new(settings.filter, settings.filter_width());
-    let view = View {
-        geometry: &stage.kept.geometry,
+    let context = RenderContext {
+        geometry: &stage.derived.geometry,
         accelerator,
         materials: &materials,
         lights: &lights,
-        skins: &skins,
+        textures: &bindings,
         camera: &camera,
-        before: before.as_ref(),
+        motion: before.as_ref(),
         environment: environment.as_ref(),
         settings: &resolved,
         lanes: Width::detect(),
         filter: &filter,
         width: settings.size[0],
-        passes: exposure.passes.count(),
-        lookout: None,
-        photons: None,
+        light_groups: partial.light_groups.count(),
+        regions: None,
     };
     let built = Instant::now();
-    let Exposure { plate, stats, guide, still, shelf, .. } = exposure;
-    let plate = plate.get_or_insert_with(|| Plate::new(&settings, &filter, view.passes));
+    let PartialFrame { accumulators, stats, guide, tile_cache, photon_cache, .. } = partial;
+    let accumulators =
+        accumulators.get_or_insert_with(|| FrameAccumulators::new(&settings, &filter, context.light_groups));
     let turns = settings.turns(share.of);
     for turn in 0..turns {
-        let share = Share { index: share.index * turns + turn, of: share.of * turns };
-        let kept = shelf.as_ref().and_then(|shelf| shelf.get(share.index));
+        let share = SampleSubset { index: share.index * turns + turn, of: share.of * turns };
+        let kept = photon_cache.as_ref().and_then(|shelf| shelf.get(share.index));
         let sent = if settings.integrator == Integrator::Photon && kept.is_none() {
-            let sent = Photons::new(view, share.index, guide.as_ref(), cancel);
+            let sent = PhotonPass::new(context, share.index, guide.as_ref(), cancel);
             let Some((photons, counters)) = sent else { return Ok(false) };
             stats.counters += counters;
             Some(photons)
@@ -218,30 +222,32 @@ pub fn expose(
             stats.photon_maps += 1;
             stats.photon_maps_kept += usize::from(kept.is_some());
         }
-        let view = View { photons, ..view };
-        let counters = match still {
-            None => tiles(view, share, plate, cancel, progress),
-            Some((still, picture)) => stale_tiles(view, plate, still, *picture, stats, cancel, progress),
+        let estimator = Estimator { context, photons };
+        let counters = match tile_cache {
+            None => tiles(estimator, share, accumulators, cancel, progress),
+            Some((cache, of_window)) => {
+                retrace_stale_tiles(estimator, accumulators, cache, *of_window, stats, cancel, progress)
+            }
         };
         let Some(counters) = counters else { return Ok(false) };
         stats.counters += counters;
-        if let Some((shelf, sent)) = shelf.as_mut().zip(sent) {
+        if let Some((shelf, sent)) = photon_cache.as_mut().zip(sent) {
             shelf.put(share.index, sent);
         }
     }
-    if let Some(shelf) = shelf {
+    if let Some(shelf) = photon_cache {
         stats.reuse_bytes = shelf.bytes();
     }
-    stats.tiles = plate.tallies.len() / plate.passes;
+    stats.tiles = accumulators.tiles.len() / accumulators.passes;
     stats.accel = accelerator.name();
     stats.build_seconds += (built - start).as_secs_f64();
     stats.render_seconds += built.elapsed().as_secs_f64();
     Ok(true)
 }
 
-/// Forgets what is kept between frames, as after work that fell over halfway.
+/// Forgets what is kept between frames, as after a panic halfway.
 pub fn forget(stage: &mut Stage) {
-    stage.kept = Kept { stale_hierarchy: true, stale_geometry: true, ..Kept::default() };
+    stage.derived = DerivedCache { stale_hierarchy: true, stale_geometry: true, ..DerivedCache::default() };
 }
 
 /// Sees to it that the World as it stands can be rendered, without rendering it.
@@ -250,15 +256,15 @@ pub fn forget(stage: &mut Stage) {
 /// A focus on an entity that does not exist or does not lie before the camera; a picture that cannot be read.
 pub fn check(stage: &mut Stage) -> Result<(), Diagnostics> {
     lens::camera_rays(stage, stage.settings().size)?;
-    skins::read_pictures(stage)
+    textures::load_images(stage)
 }
 
-/// What surrounds the scene as the settings have it; a file is read unless it is the one that was read last, and what
-/// sampling needs of it, if it is to be `sampled`, is kept with it.
-fn surround(stage: &mut Stage, settings: &Render, sampled: bool) -> Result<Option<Environment>, Diagnostics> {
+/// The environment that the settings ask for. A file is read unless it is the one that was read last; what sampling needs
+/// of it, if it is to be `sampled`, is kept with it.
+fn environment_of(stage: &mut Stage, settings: &Render, sampled: bool) -> Result<Option<Environment>, Diagnostics> {
     let Render { environment_intensity: intensity, environment_rotation: rotation, .. } = *settings;
     let Some(name) = &settings.environment else {
-        let sky = settings.sky.map(|colors| Source::Sky(colors.map(|c| c.as_vec3())));
+        let sky = settings.sky.map(|colors| EnvironmentMap::Sky(colors.map(|c| c.as_vec3())));
         return Ok(sky.map(|source| {
             let mut sky = Environment::new(source, intensity, rotation);
             if sampled {
@@ -268,10 +274,10 @@ fn surround(stage: &mut Stage, settings: &Render, sampled: bool) -> Result<Optio
         }));
     };
     let key = (name.clone(), settings.transfer == Transfer::Srgb);
-    let Kept { environment, pictures, .. } = &mut stage.kept;
+    let DerivedCache { environment, images, .. } = &mut stage.derived;
     let mut kept = match environment.take() {
         Some((known, kept)) if known == key => kept.placed(intensity, rotation),
-        _ => Environment::new(image::read_surroundings(pictures, &stage.base, name, key.1)?, intensity, rotation),
+        _ => Environment::new(image::read_surroundings(images, &stage.base, name, key.1)?, intensity, rotation),
     };
     if sampled {
         kept.prepare();
@@ -280,41 +286,50 @@ fn surround(stage: &mut Stage, settings: &Render, sampled: bool) -> Result<Optio
     Ok(Some(kept))
 }
 
-/// Takes again what may look otherwise than in the pictures before, and keeps the rest.
-fn stale_tiles(
-    view: View,
-    plate: &mut Plate,
-    still: &mut Still,
-    picture: usize,
+/// Traces samples again that may differ from those of the frames before, and keeps the others.
+fn retrace_stale_tiles(
+    estimator: Estimator,
+    accumulators: &mut FrameAccumulators,
+    cache: &mut StaticCameraCache,
+    of_window: usize,
     stats: &mut FrameStats,
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Option<Counters> {
-    let settings = view.settings;
-    let draws = settings.integrator == Integrator::Path || !view.lights.emitters().is_empty();
-    let changes = still.begin(picture, view.geometry.bounds(), if draws { view.lights.chances() } else { Vec::new() });
+    let context = estimator.context;
+    let settings = context.settings;
+    let draws = settings.integrator == Integrator::Path || !context.lights.emitters().is_empty();
+    let changes =
+        cache.begin(of_window, context.geometry.bounds(), if draws { context.lights.chances() } else { Vec::new() });
     let samples = (settings.rounds == 1 && !settings.features).then_some(settings.strata * settings.strata);
-    let pixels = |tile: usize| places(tile, plate.size).len();
-    if !still.make_room(&plate.tallies, pixels, samples) {
-        return tiles(view, Share::WHOLE, plate, cancel, progress);
+    let pixels = |tile: usize| tile_pixels(tile, accumulators.size).len();
+    if !cache.make_room(&accumulators.tiles, pixels, samples) {
+        return tiles(estimator, SampleSubset::WHOLE, accumulators, cancel, progress);
     }
-    let (lookout, kept) = still.parts(picture);
-    let view = View { lookout: Some(lookout), ..view };
-    let size = plate.size;
-    let total = plate.tallies.len();
+    let (regions, kept) = cache.parts(of_window);
+    let estimator = Estimator { context: RenderContext { regions: Some(regions), ..context }, ..estimator };
+    let size = accumulators.size;
+    let total = accumulators.tiles.len();
     let done = AtomicUsize::new(0);
-    let trace = |worker: &mut Worker, (index, (tally, kept)): (usize, (&mut Tally, &mut KeptTile))| {
+    let trace = |worker: &mut Worker,
+                 (index, (accumulator, kept)): (usize, (&mut PixelAccumulator, &mut CachedTile))| {
         if cancel.load(Ordering::Relaxed) {
             return None;
         }
         worker.start_tile();
-        let again =
-            integrator::expose_again(view, &places(index, size), &changes, &mut kept.trail, &mut kept.tally, worker);
-        tally.clone_from(&kept.tally);
+        let again = integrator::retrace(
+            estimator,
+            &tile_pixels(index, size),
+            &changes,
+            &mut kept.trail,
+            &mut kept.accumulator,
+            worker,
+        );
+        accumulator.clone_from(&kept.accumulator);
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-        Some((std::mem::take(&mut worker.counters), [again, kept.trail.len()]))
+        Some((worker.take_counters(), [again, kept.trail.len()]))
     };
-    let both = plate.tallies.par_iter_mut().zip(kept.par_iter_mut()).enumerate();
+    let both = accumulators.tiles.par_iter_mut().zip(kept.par_iter_mut()).enumerate();
     let traced: Option<Vec<_>> = both.map_init(Worker::default, trace).collect();
     let mut counters = Counters::default();
     let (mut again, mut all) = (0, 0);
@@ -324,55 +339,55 @@ fn stale_tiles(
         (again, all) = (again + some, all + of);
     }
     stats.share_kept = 1.0 - again as f64 / all.max(1) as f64;
-    stats.reuse_bytes = still.bytes();
+    stats.reuse_bytes = cache.bytes();
     Some(counters)
 }
 
-/// Adds a share of all samples, each tile to the tallies of its own; gives what they cost.
+/// Adds a subset of all samples, each tile to the accumulators of its own; returns what they cost.
 fn tiles(
-    view: View,
-    share: Share,
-    plate: &mut Plate,
+    estimator: Estimator,
+    share: SampleSubset,
+    accumulators: &mut FrameAccumulators,
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Option<Counters> {
-    let size = plate.size;
-    let total = plate.tallies.len() / plate.passes;
+    let size = accumulators.size;
+    let total = accumulators.tiles.len() / accumulators.passes;
     let done = AtomicUsize::new(total * share.index as usize);
-    let trace = |worker: &mut Worker, (index, tallies): (usize, &mut [Tally])| -> Option<Counters> {
+    let trace = |worker: &mut Worker, (index, accumulators): (usize, &mut [PixelAccumulator])| -> Option<Counters> {
         if cancel.load(Ordering::Relaxed) {
             return None;
         }
         worker.start_tile();
-        integrator::expose(view, &places(index, size), share, tallies, worker);
+        integrator::render_pixels(estimator, &tile_pixels(index, size), share, accumulators, worker);
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, total * share.of as usize);
-        Some(std::mem::take(&mut worker.counters))
+        Some(worker.take_counters())
     };
-    let tiles = plate.tallies.par_chunks_mut(plate.passes).enumerate();
+    let tiles = accumulators.tiles.par_chunks_mut(accumulators.passes).enumerate();
     let traced: Option<Vec<_>> = tiles.map_init(Worker::default, trace).collect();
     let mut counters = Counters::default();
     traced?.into_iter().for_each(|cost| counters += cost);
     Some(counters)
 }
 
-/// The means of what the tiles of a picture add up to.
-fn develop<'a>(size: [u32; 2], gather: Gather, tiles: impl Iterator<Item = &'a Tally>) -> Film {
+/// Means of the samples of all tiles.
+fn resolve<'a>(size: [u32; 2], options: AccumulatorOptions, tiles: impl Iterator<Item = &'a PixelAccumulator>) -> Film {
     let mut film = Film::new(size[0], size[1]);
     let count = film.pixels.len();
-    if gather.features {
+    if options.features {
         film.layers.make_room_for_features(count);
     }
-    if gather.moments {
+    if options.moments {
         film.layers.variance = vec![0.0; count];
     }
-    for (index, tally) in tiles.enumerate() {
-        for (i, [x, y]) in places(index, size).into_iter().enumerate() {
+    for (index, accumulator) in tiles.enumerate() {
+        for (i, [x, y]) in tile_pixels(index, size).into_iter().enumerate() {
             let pixel = y as usize * size[0] as usize + x as usize;
-            film.pixels[pixel] = tally.color(i);
-            if let Some(sum) = tally.feature(i) {
+            film.pixels[pixel] = accumulator.color(i);
+            if let Some(sum) = accumulator.feature(i) {
                 film.layers.resolve(pixel, sum);
             }
-            if let Some([_, variance]) = tally.spread(i) {
+            if let Some([_, variance]) = accumulator.spread(i) {
                 film.layers.variance[pixel] = variance.min(f64::from(f32::MAX)) as f32;
             }
         }
@@ -384,8 +399,8 @@ pub fn tile_count([width, height]: [u32; 2]) -> usize {
     width.div_ceil(TILE) as usize * height.div_ceil(TILE) as usize
 }
 
-/// Pixels of a tile in squares of squares (Morton 1966), so that those that follow each other are neighbours.
-fn places(tile: usize, size: [u32; 2]) -> Vec<[u32; 2]> {
+/// Pixels of a tile in Morton order (1966), so that those that follow each other are neighbours.
+fn tile_pixels(tile: usize, size: [u32; 2]) -> Vec<[u32; 2]> {
     let across = size[0].div_ceil(TILE);
     let corner = [tile as u32 % across * TILE, tile as u32 / across * TILE];
     let every_second = |n: u32| (0..4).fold(0, |sum, bit| sum | (n >> (2 * bit) & 1) << bit);

@@ -2,7 +2,7 @@
 
 use hecs::{EntityBuilder, World};
 
-use super::stage::{Kept, Name, Order, Stage, Tags, add};
+use super::stage::{AuthoredIndex, DerivedCache, Name, Stage, Tags, add};
 use super::{extract, hierarchy};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::limits;
@@ -26,16 +26,21 @@ pub fn spawn(scene: Scene) -> Result<Stage, Diagnostics> {
         material_names: Default::default(),
         base: scene.base,
         time: 0.0,
-        past: None,
-        pictures: 1,
-        kept: Kept { pictures: scene.pictures, stale_hierarchy: true, stale_geometry: true, ..Kept::default() },
+        previous: None,
+        frames_left: 1,
+        derived: DerivedCache {
+            images: scene.images,
+            stale_hierarchy: true,
+            stale_geometry: true,
+            ..DerivedCache::default()
+        },
     };
     for (name, material) in scene.materials {
         add_material(&mut stage, name, material)?;
     }
     let mut builder = EntityBuilder::new();
-    for bag in scene.entities {
-        spawn_bag(&mut stage, &mut builder, bag)?;
+    for desc in scene.entities {
+        spawn_entity(&mut stage, &mut builder, desc)?;
     }
     hierarchy::update(&mut stage)?;
     extract::check_materials(&stage)?;
@@ -55,22 +60,26 @@ pub(super) fn add_material(stage: &mut Stage, name: Text, material: Material) ->
     Ok(())
 }
 
-pub(super) fn spawn_bag(stage: &mut Stage, builder: &mut EntityBuilder, mut bag: Bag) -> Result<(), Diagnostic> {
+pub(super) fn spawn_entity(
+    stage: &mut Stage,
+    builder: &mut EntityBuilder,
+    mut desc: EntityDesc,
+) -> Result<(), Diagnostic> {
     let index = stage.entities.len();
     if index >= limits::ENTITIES {
         return Err(Diagnostic::error(format!("more than {} entities", limits::ENTITIES)));
     }
-    builder.add(Order(index as u32));
-    if let Some(name) = bag.name.take() {
+    builder.add(AuthoredIndex(index as u32));
+    if let Some(name) = desc.name.take() {
         if stage.names.insert(name.clone(), index).is_some() {
             return Err(Diagnostic::error(format!("two entities are called `{name}`")));
         }
         builder.add(Name(name));
     }
-    if !bag.tags.is_empty() {
-        builder.add(Tags(std::mem::take(&mut bag.tags)));
+    if !desc.tags.is_empty() {
+        builder.add(Tags(std::mem::take(&mut desc.tags)));
     }
-    for component in bag.into_components() {
+    for component in desc.into_components() {
         add(builder, component);
     }
     let entity = stage.world.spawn(builder.build());

@@ -6,16 +6,17 @@ use std::sync::Arc;
 use hecs::{Entity, EntityBuilder, World};
 use rustc_hash::FxHashMap;
 
-use super::before::Past;
+use super::previous_frame::PreviousFrame;
 use crate::base::diagnostics::Diagnostic;
 use crate::components::entity::every_kind;
 use crate::components::*;
-use crate::trace::environment::Environment;
-use crate::trace::{Accelerator, Geometry};
+use crate::trace::accel::Accelerator;
+use crate::trace::light::environment::Environment;
+use crate::trace::primitive::Geometry;
 
 /// Position of an entity in the authored order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Order(pub u32);
+pub struct AuthoredIndex(pub u32);
 
 /// The name of an entity or of a material.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,7 +27,7 @@ pub struct Tags(pub Vec<Text>);
 
 /// Marks an entity that a frame has removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Absent;
+pub struct Despawned;
 
 /// The World and what goes with it.
 ///
@@ -43,34 +44,34 @@ pub struct Stage {
     pub(super) names: FxHashMap<Text, usize>,
     pub(super) material_names: FxHashMap<Text, usize>,
     pub(super) base: PathBuf,
-    /// Where entities with `motion` are, in the units of the camera's shutter.
+    /// The time that entities with `motion` go by, in the units of the camera's shutter.
     pub(super) time: f64,
-    /// This World in the frame before, where the film wants to know what has moved.
-    pub(super) past: Option<Past>,
-    /// Pictures that are to be made of this World at most, the next one included.
-    pub(super) pictures: u32,
-    pub(super) kept: Kept,
+    /// This World in the frame before, if motion is one of the layers.
+    pub(super) previous: Option<PreviousFrame>,
+    /// Frames that are still to be rendered of this World at most, the next one included.
+    pub(super) frames_left: u32,
+    pub(super) derived: DerivedCache,
 }
 
-/// What outlives a frame, with marks of what an edit may have made stale.
+/// What is derived from the World and outlives a frame, with marks of what an edit may have made stale.
 #[derive(Default)]
-pub(super) struct Kept {
+pub(super) struct DerivedCache {
     pub geometry: Arc<Geometry>,
     pub accelerator: Option<(AccelKey, Accelerator)>,
-    /// Rays that were expected to go through it so far, from when it was built and not only fitted.
+    /// Rays that were expected to be traced with it so far, since it was built anew and not only refitted.
     pub served: f64,
-    /// What surrounded the scene last, by its file and whether its values were decoded to linear light.
+    /// The environment that was used last, by its file and whether its values were decoded to linear light.
     pub environment: Option<((Text, bool), Environment)>,
-    /// Pictures that were read for textures.
-    pub pictures: Pictures,
+    /// Images that were read for textures.
+    pub images: ImageCache,
     /// Placements may be out of date.
     pub stale_hierarchy: bool,
     /// Authored indices of the entities that stand in the space of another, by that one.
     pub children: FxHashMap<usize, Vec<usize>>,
     /// Entities whose transforms changed and whose parents did not: they and their children may be out of place.
     pub moved: Vec<usize>,
-    /// Materials that entities wear may not exist.
-    pub stale_clothes: bool,
+    /// Materials that entities name may not exist.
+    pub stale_materials: bool,
     /// Columns of primitives may be out of date.
     pub stale_geometry: bool,
 }
@@ -94,21 +95,21 @@ impl Stage {
     /// Sets the time that entities with `motion` go by, in the units of the camera's shutter.
     pub fn set_time(&mut self, time: f64) {
         if self.time != time && self.world.query::<&Motion>().iter().next().is_some() {
-            self.kept.stale_hierarchy = true;
-            self.kept.stale_geometry = true;
+            self.derived.stale_hierarchy = true;
+            self.derived.stale_geometry = true;
         }
         self.time = time;
     }
 
-    /// Sets how many pictures are to be made of this World at most, the next one included; it is 1 otherwise. Only what
-    /// they cost depends on it.
-    pub fn set_pictures(&mut self, pictures: u32) {
-        self.pictures = pictures;
+    /// Sets how many frames are still to be rendered of this World at most, the next one included; it is 1 otherwise. Only
+    /// what they cost depends on it.
+    pub fn set_frames_left(&mut self, frames_left: u32) {
+        self.frames_left = frames_left;
     }
 
     /// Sets what this World was in the frame before.
-    pub fn set_past(&mut self, past: Option<Past>) {
-        self.past = past;
+    pub fn set_previous_frame(&mut self, previous: Option<PreviousFrame>) {
+        self.previous = previous;
     }
 
     /// Number of entities, those included that a frame has removed.
@@ -119,7 +120,7 @@ impl Stage {
     /// The entity of an authored index, unless it was removed.
     pub(super) fn live(&self, index: usize) -> Option<Entity> {
         let entity = *self.entities.get(index)?;
-        self.world.get::<&Absent>(entity).is_err().then_some(entity)
+        self.world.get::<&Despawned>(entity).is_err().then_some(entity)
     }
 
     /// What a message calls the entity.

@@ -9,19 +9,19 @@ use super::hierarchy::Placement;
 use super::*;
 use crate::components::*;
 
-fn ball(name: &str, at: [f64; 3]) -> Bag {
+fn ball(name: &str, at: [f64; 3]) -> EntityDesc {
     let transform = Transform { translation: at.into(), ..Transform::default() };
-    Bag::new([transform.into(), Sphere::default().into(), MaterialName("red".into()).into()]).named(name)
+    EntityDesc::new([transform.into(), Sphere::default().into(), MaterialName("red".into()).into()]).named(name)
 }
 
-fn child(name: &str, parent: &str, at: [f64; 3], yaw: f64) -> Bag {
+fn child(name: &str, parent: &str, at: [f64; 3], yaw: f64) -> EntityDesc {
     let transform = Transform {
         translation: at.into(),
         rotation: DVec3::Y * yaw,
         parent: Some(parent.into()),
         ..Transform::default()
     };
-    Bag::new([transform.into(), AABox::default().into()]).named(name)
+    EntityDesc::new([transform.into(), AABox::default().into()]).named(name)
 }
 
 fn scene() -> Scene {
@@ -32,7 +32,7 @@ fn scene() -> Scene {
             ball("a", [0.0, 0.0, 0.0]),
             child("b", "a", [2.0, 0.0, 0.0], 90.0),
             child("c", "b", [1.0, 0.0, 0.0], 0.0),
-            Bag::new([lamp.into()]).named("lamp"),
+            EntityDesc::new([lamp.into()]).named("lamp"),
         ],
         render: Render { size: [24, 16], samples: 4, ..Render::default() },
         ..Scene::default()
@@ -110,11 +110,11 @@ fn a_failed_edit_leaves_nothing_behind() {
 fn what_an_edit_leaves_alone_is_not_rebuilt() {
     let mut stage = spawn(scene()).unwrap();
     film(&mut stage);
-    let columns = stage.kept.geometry.clone();
+    let columns = stage.derived.geometry.clone();
     let same_after = |stage: &mut Stage, edit: Edit| {
         let taken_back = animate(stage, vec![edit]).unwrap();
         film(stage);
-        let same = Arc::ptr_eq(&stage.kept.geometry, &columns);
+        let same = Arc::ptr_eq(&stage.derived.geometry, &columns);
         undo(stage, taken_back);
         same
     };
@@ -164,7 +164,7 @@ fn a_mirrored_mesh_keeps_its_outside() {
     let mut scene = Scene { materials: vec![("m".into(), one_sided)], ..scene() };
     let transform = Transform { scale: Scale(DVec3::new(-1.0, 1.0, 1.0)), ..Transform::default() };
     let triangle = Triangle { vertices: corners, normals: None, uvs: None };
-    scene.entities = vec![Bag::new([transform.into(), triangle.into(), MaterialName("m".into()).into()])];
+    scene.entities = vec![EntityDesc::new([transform.into(), triangle.into(), MaterialName("m".into()).into()])];
     scene.camera = Camera { from: DVec3::new(-0.2, 0.2, 5.0), at: DVec3::new(-0.2, 0.2, 0.0), ..Camera::default() };
     let mut stage = spawn(scene).unwrap();
     let (_, stats) = render(&mut stage, &AtomicBool::new(false), &|_, _| {}).unwrap().unwrap();
@@ -184,13 +184,13 @@ fn sheet() -> Arc<MeshData> {
 fn a_tree_is_as_good_as_the_rays_that_are_expected_are_worth() {
     let mut entities = scene().entities;
     let transform = Transform { translation: DVec3::new(-20.0, -20.0, -50.0), ..Transform::default() };
-    entities.push(Bag::new([transform.into(), Mesh { data: sheet(), ..Mesh::default() }.into()]));
+    entities.push(EntityDesc::new([transform.into(), Mesh { data: sheet(), ..Mesh::default() }.into()]));
     let few = Scene { entities, render: Render { samples: 1, ..scene().render }, ..scene() };
     let many = Scene { render: Render { samples: 64, ..scene().render }, ..few.clone() };
-    let is_fast = |stage: &Stage| stage.kept.accelerator.as_ref().unwrap().1.is_outgrown(f64::INFINITY);
+    let is_fast = |stage: &Stage| stage.derived.accelerator.as_ref().unwrap().1.is_outgrown(f64::INFINITY);
     let after = |scene: &Scene, pictures: u32| {
         let mut stage = spawn(scene.clone()).unwrap();
-        stage.set_pictures(pictures);
+        stage.set_frames_left(pictures);
         film(&mut stage);
         stage
     };
@@ -213,14 +213,14 @@ fn a_mesh_that_many_entities_use_is_stored_once() {
     let copy = |i: u32| {
         let translation = DVec3::new(f64::from(i % 100), f64::from(i / 100), -50.0);
         let transform = Transform { translation, ..Transform::default() };
-        Bag::new([transform.into(), Mesh { data: data.clone(), ..Mesh::default() }.into()])
+        EntityDesc::new([transform.into(), Mesh { data: data.clone(), ..Mesh::default() }.into()])
     };
     let entities = (0..10_000).map(copy).collect();
     let mut stage = spawn(Scene { entities, ..scene() }).unwrap();
     film(&mut stage);
-    let geometry = &stage.kept.geometry;
+    let geometry = &stage.derived.geometry;
     assert_eq!((geometry.len(), geometry.models().len(), geometry.parts().len()), (10_000, 1, 0));
-    let (_, accelerator) = stage.kept.accelerator.as_ref().unwrap();
+    let (_, accelerator) = stage.derived.accelerator.as_ref().unwrap();
     let bytes = accelerator.bytes() + size_of_val(&data.triangles[..]);
     assert!(bytes < 10_000 * 1_000, "{bytes}");
 }

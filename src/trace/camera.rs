@@ -5,10 +5,10 @@
 
 use glam::{DVec3, Vec2, Vec3};
 
-use super::Ray;
-use super::sampler::{Domain, Node, Sampler, concentric_disk};
-use super::simd::{Lanes, V3};
 use crate::components::{Camera, Lens};
+use crate::trace::sampler::{Domain, RayNode, Sampler, concentric_disk};
+use crate::trace::simd::{Lanes, V3};
+use crate::trace::soa::Ray;
 
 /// A camera resolved for a picture of a given size.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,7 +77,7 @@ impl CameraRays {
     #[inline(always)]
     pub fn ray(&self, x: u32, y: u32, offset: [f32; 2], sampler: &Sampler) -> Ray {
         let place = [x as f32 + offset[0], y as f32 + offset[1]];
-        let square = if self.has_lens() { sampler.stratified(Node::CAMERA, Domain::Lens) } else { [0.5; 2] };
+        let square = if self.has_lens() { sampler.stratified(RayNode::CAMERA, Domain::Lens) } else { [0.5; 2] };
         let (origin, direction) = self.aim::<f32>(place, square);
         Ray::new(origin.into(), direction.into())
     }

@@ -1,35 +1,32 @@
 //! The kernel: rays against columns of primitives.
 //!
-//! No I/O, no entities, no `dyn` in an inner loop, `f32` throughout. [`geometry`] holds the primitives as columns,
-//! [`columns`] rays and hits; [`shapes`] has the tests of single primitives, written over the lanes of [`simd`]. [`accel`]
-//! finds the nearest along a ray, and whatever finds it, on whatever processor, the answer is the same to the bit.
-//! [`surface`] says where a hit is and how exactly that is known. [`integrator`] follows light through waves of [`camera`]
-//! rays and what they give rise to, over [`lights`], [`surfacing`] (materials) and the [`bsdf`] of a point, with
-//! [`texture`]s, in an [`environment`], fed by the stateless [`sampler`]. [`footprint`] notes what the rays of a sample
-//! crossed, [`before`] tells what has moved since the frame before.
+//! No I/O, no entities, no `dyn` in an inner loop, `f32` throughout. Rooms stand on floors of their own: imports go
+//! down this list only, and no two modules import each other in a circle (`tests/all/house.rs`).
+//!
+//! | room | what happens there |
+//! |---|---|
+//! | [`integrator`] | whitted and distribution, path, photon: what a hit gives rise to; adaptive sampling, retracing |
+//! | [`wavefront`] | ray queues, classification, shading in lanes, shadow rays |
+//! | [`light`] | lamps, emissive surfaces, the environment; choosing among them |
+//! | [`material`] | parameters, BSDFs, textures |
+//! | [`reuse`] | footprints of samples, their history, motion vectors |
+//! | [`accel`] | what finds the primitive along a ray: BVH, grid, brute force |
+//! | [`primitive`] | bounds, intersection, surface points and texture coordinates of every kind of primitive |
+//! | [`camera`] | rays through pinhole and thin lens |
+//! | [`soa`] | work items, column by column: rays, hits |
+//! | [`sampler`] | stateless random numbers, Sobol points, warps |
+//! | [`simd`] | one number or eight side by side, with the same bits |
+//! | [`counters`] | what a frame cost |
 
 pub mod accel;
-pub mod before;
-pub mod bsdf;
 pub mod camera;
-pub mod columns;
-pub mod environment;
-pub mod footprint;
-pub mod geometry;
+pub mod counters;
 pub mod integrator;
-pub mod lights;
-pub mod ray;
+pub mod light;
+pub mod material;
+pub mod primitive;
+pub mod reuse;
 pub mod sampler;
-pub mod shapes;
 pub mod simd;
-pub mod stats;
-pub mod surface;
-pub mod surfacing;
-pub mod texture;
-
-pub use accel::{Accelerator, Worker};
-pub use columns::{Hits, Rays};
-pub use geometry::{Geometry, Sides, Tag};
-pub use ray::{Hit, Ray};
-pub use stats::Counters;
-pub use surface::Surface;
+pub mod soa;
+pub mod wavefront;

@@ -2,17 +2,17 @@
 
 use std::time::{Duration, Instant};
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
 /// Renders a file with a mistake in it; gives what was said.
 #[track_caller]
 fn mistake(name: &str, text: impl AsRef<[u8]>, said: &[&str]) {
-    let desk = Desk::new();
-    desk.write(name, text);
+    let sandbox = Sandbox::new();
+    sandbox.write(name, text);
     let start = Instant::now();
-    desk.anim(&format!("render {name} -o out")).fails(3, said);
+    sandbox.anim(&format!("render {name} -o out")).fails(3, said);
     assert!(start.elapsed() < Duration::from_secs(20));
-    assert_eq!(desk.files(), [name]);
+    assert_eq!(sandbox.files(), [name]);
 }
 
 #[test]
@@ -44,9 +44,9 @@ fn a_truncated_scene() {
 
 #[test]
 fn a_missing_file() {
-    let desk = Desk::new();
-    desk.write("scene.ron", "()");
-    let said = desk.anim("render scen.ron").stderr;
+    let sandbox = Sandbox::new();
+    sandbox.write("scene.ron", "()");
+    let said = sandbox.anim("render scen.ron").stderr;
     assert!(said.contains("scen.ron") && said.contains("scene.ron"), "{said}");
     mistake("a.ron", "(entities: [(mesh: (file: \"bunny.obj\"))])", &["a.ron:1:", "bunny.obj"]);
     mistake("a.rhai", "animation(#{ scene: \"none.ron\" });\nfn frame(s, f) {}", &["a.rhai:1:", "none.ron"]);
@@ -54,11 +54,11 @@ fn a_missing_file() {
 
 #[test]
 fn a_hostile_mesh_is_refused_before_memory_is_filled() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let header = "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nproperty float y\n\
                   property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n";
-    desk.write("m.ply", header).write("a.ron", "(entities: [(mesh: (file: \"m.ply\"))])");
-    desk.anim("render a.ron").fails(3, &["m.ply"]);
+    sandbox.write("m.ply", header).write("a.ron", "(entities: [(mesh: (file: \"m.ply\"))])");
+    sandbox.anim("render a.ron").fails(3, &["m.ply"]);
     mistake("a.nff", "f 1 1 1 1 0 1 0 1\np 4000000000\n0 0 0\n", &["a.nff:2:"]);
 }
 
@@ -86,19 +86,19 @@ fn a_mistake_in_every_frame() {
 
 #[test]
 fn usage() {
-    let desk = Desk::new();
-    desk.write("a.ron", "()");
-    desk.anim("render a.ron --frames 3-1").fails(2, &["3-1"]);
-    desk.anim("render a.ron --size 0x10").fails(2, &["size"]);
-    desk.anim("render a.ron --szie 10x10").fails(2, &["--size"]);
-    desk.anim("render").fails(2, &[]);
-    desk.anim("render a.txt").fails(3, &["a.txt"]);
+    let sandbox = Sandbox::new();
+    sandbox.write("a.ron", "()");
+    sandbox.anim("render a.ron --frames 3-1").fails(2, &["3-1"]);
+    sandbox.anim("render a.ron --size 0x10").fails(2, &["size"]);
+    sandbox.anim("render a.ron --szie 10x10").fails(2, &["--size"]);
+    sandbox.anim("render").fails(2, &[]);
+    sandbox.anim("render a.txt").fails(3, &["a.txt"]);
 }
 
 #[test]
 fn output_that_cannot_be_written() {
-    let desk = Desk::new();
-    desk.write("a.ron", "(render: (size: (4, 4), samples: 1))").write("taken", "a file, not a folder");
-    desk.anim("render a.ron -o taken/x.png").fails(5, &["taken"]);
-    assert_eq!(desk.files(), ["a.ron", "taken"]);
+    let sandbox = Sandbox::new();
+    sandbox.write("a.ron", "(render: (size: (4, 4), samples: 1))").write("taken", "a file, not a folder");
+    sandbox.anim("render a.ron -o taken/x.png").fails(5, &["taken"]);
+    assert_eq!(sandbox.files(), ["a.ron", "taken"]);
 }

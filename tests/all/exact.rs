@@ -1,6 +1,6 @@
 //! The same input gives the same bytes: on any number of threads, in any order, with any accelerator.
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
 const SCENE: &str = r#"(
     camera: (from: (0.0, 2.0, 6.0), at: (0.0, 0.6, 0.0), aperture: 0.1, focus: Entity("hero")),
@@ -32,51 +32,51 @@ const SCRIPT: &str = r#"
     }
 "#;
 
-fn desk() -> Desk {
-    let desk = Desk::new();
-    desk.write("scene.ron", SCENE).write("show.rhai", SCRIPT);
-    desk
+fn sandbox() -> Sandbox {
+    let sandbox = Sandbox::new();
+    sandbox.write("scene.ron", SCENE).write("show.rhai", SCRIPT);
+    sandbox
 }
 
-fn frames(desk: &Desk, folder: &str, numbers: &[u32]) -> Vec<Vec<u8>> {
-    numbers.iter().map(|n| desk.read(&format!("{folder}/show.{n:04}.png"))).collect()
+fn frames(sandbox: &Sandbox, folder: &str, numbers: &[u32]) -> Vec<Vec<u8>> {
+    numbers.iter().map(|n| sandbox.read(&format!("{folder}/show.{n:04}.png"))).collect()
 }
 
 #[test]
 fn frames_do_not_depend_on_threads_order_or_company() {
-    let desk = desk();
-    desk.anim("show.rhai -o one --threads 1").ok();
-    desk.anim("show.rhai -o two --threads 2").ok();
-    desk.anim("show.rhai -o shuffled --frames 4,2,1,3 --threads 3").ok();
-    desk.anim("show.rhai -o alone --frames 3").ok();
-    let all = frames(&desk, "one", &[1, 2, 3, 4]);
+    let sandbox = sandbox();
+    sandbox.anim("show.rhai -o one --threads 1").ok();
+    sandbox.anim("show.rhai -o two --threads 2").ok();
+    sandbox.anim("show.rhai -o shuffled --frames 4,2,1,3 --threads 3").ok();
+    sandbox.anim("show.rhai -o alone --frames 3").ok();
+    let all = frames(&sandbox, "one", &[1, 2, 3, 4]);
     assert!(all.windows(2).all(|pair| pair[0] != pair[1]));
-    assert_eq!(all, frames(&desk, "two", &[1, 2, 3, 4]));
-    assert_eq!(all, frames(&desk, "shuffled", &[1, 2, 3, 4]));
-    assert_eq!(all[2..3], frames(&desk, "alone", &[3]));
+    assert_eq!(all, frames(&sandbox, "two", &[1, 2, 3, 4]));
+    assert_eq!(all, frames(&sandbox, "shuffled", &[1, 2, 3, 4]));
+    assert_eq!(all[2..3], frames(&sandbox, "alone", &[3]));
 }
 
 #[test]
 fn the_accelerator_does_not_show() {
-    let desk = desk();
+    let sandbox = sandbox();
     for accel in ["grid", "brute", "bvh", "auto"] {
-        desk.anim(&format!("show.rhai -o {accel} --accel {accel} --frames 1,3")).ok();
+        sandbox.anim(&format!("show.rhai -o {accel} --accel {accel} --frames 1,3")).ok();
     }
-    let brute = pixels(&desk, "brute");
-    assert_eq!(pixels(&desk, "grid"), brute);
-    assert_eq!(pixels(&desk, "bvh"), brute);
-    assert_eq!(pixels(&desk, "auto"), brute);
+    let brute = pixels(&sandbox, "brute");
+    assert_eq!(pixels(&sandbox, "grid"), brute);
+    assert_eq!(pixels(&sandbox, "bvh"), brute);
+    assert_eq!(pixels(&sandbox, "auto"), brute);
 }
 
 #[test]
 fn every_integrator_gives_the_same_bytes_with_any_accelerator_and_thread_count() {
-    let desk = desk();
+    let sandbox = sandbox();
     for integrator in ["whitted", "distribution", "path"] {
         let render = |accel: &str, threads: usize| {
             let folder = format!("{integrator}-{accel}-{threads}");
             let flags = format!("--integrator {integrator} --accel {accel} --threads {threads} --frames 1,3");
-            desk.anim(&format!("show.rhai -o {folder} {flags}")).ok();
-            pixels(&desk, &folder)
+            sandbox.anim(&format!("show.rhai -o {folder} {flags}")).ok();
+            pixels(&sandbox, &folder)
         };
         let brute = render("brute", 1);
         assert_eq!(render("bvh", 2), brute, "{integrator}");
@@ -85,29 +85,29 @@ fn every_integrator_gives_the_same_bytes_with_any_accelerator_and_thread_count()
 }
 
 /// Pixels alone: the settings in the metadata name the accelerator.
-fn pixels(desk: &Desk, folder: &str) -> Vec<Vec<u8>> {
+fn pixels(sandbox: &Sandbox, folder: &str) -> Vec<Vec<u8>> {
     let decode = |bytes: Vec<u8>| image::load_from_memory(&bytes).unwrap().to_rgb8().into_raw();
-    frames(desk, folder, &[1, 3]).into_iter().map(decode).collect()
+    frames(sandbox, folder, &[1, 3]).into_iter().map(decode).collect()
 }
 
 #[test]
 fn a_dumped_frame_renders_to_the_same_picture() {
-    let desk = desk();
-    desk.anim("show.rhai -o frames --frames 3").ok();
-    desk.anim("dump show.rhai --frame 3 -o frame3.ron").ok();
-    desk.anim("frame3.ron -o still.png").ok();
+    let sandbox = sandbox();
+    sandbox.anim("show.rhai -o frames --frames 3").ok();
+    sandbox.anim("dump show.rhai --frame 3 -o frame3.ron").ok();
+    sandbox.anim("frame3.ron -o still.png").ok();
     let decode = |bytes: Vec<u8>| image::load_from_memory(&bytes).unwrap().to_rgb8().into_raw();
-    assert_eq!(decode(desk.read("frames/show.0003.png")), decode(desk.read("still.png")));
+    assert_eq!(decode(sandbox.read("frames/show.0003.png")), decode(sandbox.read("still.png")));
 }
 
 #[test]
 fn converting_twice_gives_the_same_text() {
-    let desk = desk();
-    let once = desk.anim("convert scene.ron").ok().stdout;
-    desk.write("once.ron", &once);
-    assert_eq!(desk.anim("convert once.ron").ok().stdout, once);
-    desk.anim("scene.ron -o a.png").ok();
-    desk.anim("once.ron -o b.png").ok();
+    let sandbox = sandbox();
+    let once = sandbox.anim("convert scene.ron").ok().stdout;
+    sandbox.write("once.ron", &once);
+    assert_eq!(sandbox.anim("convert once.ron").ok().stdout, once);
+    sandbox.anim("scene.ron -o a.png").ok();
+    sandbox.anim("once.ron -o b.png").ok();
     let decode = |bytes: Vec<u8>| image::load_from_memory(&bytes).unwrap().to_rgb8().into_raw();
-    assert_eq!(decode(desk.read("a.png")), decode(desk.read("b.png")));
+    assert_eq!(decode(sandbox.read("a.png")), decode(sandbox.read("b.png")));
 }

@@ -3,7 +3,7 @@
 use anim::compare::{Picture, difference};
 use exr::prelude::read_all_data_from_file;
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
 /// A white wall left of x = 0, seen straight on, before nothing at all.
 fn edge(film: &str) -> String {
@@ -14,10 +14,10 @@ fn edge(film: &str) -> String {
     )
 }
 
-fn colors(desk: &Desk, scene: &str, arguments: &str) -> Picture {
-    desk.write("scene.ron", scene);
-    desk.anim(&format!("scene.ron -o out.exr --depth 32 {arguments}")).ok();
-    Picture::read(&desk.path("out.exr")).unwrap()
+fn colors(sandbox: &Sandbox, scene: &str, arguments: &str) -> Picture {
+    sandbox.write("scene.ron", scene);
+    sandbox.anim(&format!("scene.ron -o out.exr --depth 32 {arguments}")).ok();
+    Picture::read(&sandbox.path("out.exr")).unwrap()
 }
 
 /// Filters as they are published, across half of their width from 0 to 1, times any constant.
@@ -58,11 +58,11 @@ fn share(filter: &str, width: f64, place: f64) -> f64 {
 
 #[test]
 fn an_edge_is_filtered_as_its_integral_says() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     for (filter, width) in
         [("Box", 1.0), ("Box", 2.5), ("Tent", 2.0), ("Gaussian", 3.0), ("Mitchell", 4.0), ("BlackmanHarris", 3.0)]
     {
-        let picture = colors(&desk, &edge(&format!("filter: {filter}, filter_width: {width:?}")), "");
+        let picture = colors(&sandbox, &edge(&format!("filter: {filter}, filter_width: {width:?}")), "");
         for x in 4..12 {
             let column = (0..16).map(|y| f64::from(picture.pixels[y * 16 + x][0])).sum::<f64>() / 16.0;
             let expected = 0.5 * share(filter, width, 8.0 - (x as f64 + 0.5));
@@ -83,8 +83,8 @@ const STILL: &str = r#"(
 )"#;
 
 /// Channel values of an EXR file by name.
-fn channel(desk: &Desk, file: &str, name: &str) -> Vec<f32> {
-    let image = read_all_data_from_file(desk.path(file)).unwrap();
+fn channel(sandbox: &Sandbox, file: &str, name: &str) -> Vec<f32> {
+    let image = read_all_data_from_file(sandbox.path(file)).unwrap();
     let list = &image.layer_data[0].channel_data.list;
     let found = list.iter().find(|c| c.name.eq(name)).unwrap_or_else(|| panic!("{name}"));
     found.sample_data.levels_as_slice()[0].values_as_f32().collect()
@@ -92,10 +92,10 @@ fn channel(desk: &Desk, file: &str, name: &str) -> Vec<f32> {
 
 #[test]
 fn layers_say_what_the_camera_sees() {
-    let desk = Desk::new();
-    desk.write("a.ron", STILL);
-    desk.anim("a.ron -o a.exr --aovs depth,normal,albedo,position,entity,material,variance").ok();
-    let at = |name: &str, x: usize, y: usize| channel(&desk, "a.exr", name)[y * 32 + x];
+    let sandbox = Sandbox::new();
+    sandbox.write("a.ron", STILL);
+    sandbox.anim("a.ron -o a.exr --aovs depth,normal,albedo,position,entity,material,variance").ok();
+    let at = |name: &str, x: usize, y: usize| channel(&sandbox, "a.exr", name)[y * 32 + x];
     // The box, two below the camera's 2; its top is met straight on, at depth 3.
     assert!((at("Z", 4, 12) - 3.0).abs() < 1e-5);
     assert!((at("P.Y", 4, 12) + 1.0).abs() < 1e-5 && at("P.X", 4, 12) < -1.0);
@@ -113,57 +113,57 @@ fn layers_say_what_the_camera_sees() {
     );
     assert_eq!(at("B", 30, 12), 4.0);
     // Light is linear and of any size: 30 on half a grey, right below the lamp.
-    let picture = Picture::read(&desk.path("a.exr")).unwrap();
+    let picture = Picture::read(&sandbox.path("a.exr")).unwrap();
     assert!(picture.pixels.iter().any(|p| p[0] > 14.0), "nothing is brighter than the screen");
 }
 
 #[test]
 fn exr_files_are_the_same_everywhere_and_can_be_looked_at() {
-    let desk = Desk::new();
-    desk.write("a.ron", STILL);
+    let sandbox = Sandbox::new();
+    sandbox.write("a.ron", STILL);
     let flags = "--aovs depth,entity,variance --integrator path --denoise";
-    desk.anim(&format!("a.ron -o one.exr --threads 1 {flags}")).ok();
-    desk.anim(&format!("a.ron -o two.exr --threads 3 --accel brute {flags}")).ok();
-    assert_eq!(desk.read("one.exr"), desk.read("two.exr"));
-    let said = desk.anim("info one.exr").ok().stdout;
+    sandbox.anim(&format!("a.ron -o one.exr --threads 1 {flags}")).ok();
+    sandbox.anim(&format!("a.ron -o two.exr --threads 3 --accel brute {flags}")).ok();
+    assert_eq!(sandbox.read("one.exr"), sandbox.read("two.exr"));
+    let said = sandbox.anim("info one.exr").ok().stdout;
     for word in ["32x24", "Software: anim", "Source: a.ron", "denoise=true", "B G R Z entityId variance"] {
         assert!(said.contains(word), "{word}: {said}");
     }
-    desk.anim("diff one.exr two.exr").ok();
-    desk.anim("a.ron -o three.exr --depth 32").ok();
-    assert_eq!(desk.anim("diff one.exr three.exr").code, 1);
-    desk.write("cut.exr", &desk.read("one.exr")[..200]);
-    desk.anim("info cut.exr").fails(3, &["cut.exr"]);
-    desk.anim("diff cut.exr one.exr").fails(3, &["cut.exr"]);
-    desk.anim("diff . none").fails(5, &["cannot read none"]);
+    sandbox.anim("diff one.exr two.exr").ok();
+    sandbox.anim("a.ron -o three.exr --depth 32").ok();
+    assert_eq!(sandbox.anim("diff one.exr three.exr").code, 1);
+    sandbox.write("cut.exr", &sandbox.read("one.exr")[..200]);
+    sandbox.anim("info cut.exr").fails(3, &["cut.exr"]);
+    sandbox.anim("diff cut.exr one.exr").fails(3, &["cut.exr"]);
+    sandbox.anim("diff . none").fails(5, &["cannot read none"]);
 }
 
 #[test]
 fn a_png_that_should_hold_layers_is_refused_before_anything_is_rendered() {
-    let desk = Desk::new();
-    desk.write("a.ron", "(render: (size: (4, 4), samples: 1, aovs: [Depth]))");
-    desk.anim("a.ron -o a.png").fails(2, &["Depth", "a.exr", "--aovs none"]);
-    assert_eq!(desk.files(), ["a.ron"]);
-    desk.anim("a.ron -o a.png --aovs none").ok();
-    desk.anim("a.ron -o b.png --aovs none --depth 32").fails(2, &["32", "b.exr"]);
-    desk.anim("a.ron -o b.exr --aovs depht").fails(2, &["depth"]);
-    desk.write("b.ron", "(render: (aovs: [Dept]))");
-    desk.anim("b.ron -o b.exr").fails(3, &["b.ron:1:", "Dept"]);
+    let sandbox = Sandbox::new();
+    sandbox.write("a.ron", "(render: (size: (4, 4), samples: 1, aovs: [Depth]))");
+    sandbox.anim("a.ron -o a.png").fails(2, &["Depth", "a.exr", "--aovs none"]);
+    assert_eq!(sandbox.files(), ["a.ron"]);
+    sandbox.anim("a.ron -o a.png --aovs none").ok();
+    sandbox.anim("a.ron -o b.png --aovs none --depth 32").fails(2, &["32", "b.exr"]);
+    sandbox.anim("a.ron -o b.exr --aovs depht").fails(2, &["depth"]);
+    sandbox.write("b.ron", "(render: (aovs: [Dept]))");
+    sandbox.anim("b.ron -o b.exr").fails(3, &["b.ron:1:", "Dept"]);
 }
 
 #[test]
 fn samples_go_where_noise_is_and_nowhere_else() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let scene = STILL.replace("samples: 16", "samples: 256, noise_threshold: 0.02");
-    desk.write("a.ron", scene);
+    sandbox.write("a.ron", scene);
     let render = |out: &str, flags: &str| -> u64 {
-        let run = desk.anim(&format!("a.ron -o {out} --stats json --integrator path {flags}")).ok();
+        let run = sandbox.anim(&format!("a.ron -o {out} --stats json --integrator path {flags}")).ok();
         let stats: serde_json::Value = serde_json::from_str(run.stdout.lines().next().unwrap()).unwrap();
         stats["primary_rays"].as_u64().unwrap()
     };
     let rays = render("one.png", "--threads 1");
     assert_eq!(render("two.png", "--threads 3 --accel grid"), rays);
-    assert_eq!(desk.read("one.png"), desk.read("two.png"));
+    assert_eq!(sandbox.read("one.png"), sandbox.read("two.png"));
     // Nothing lies in the right third: sixteen samples there, and nowhere more than 256.
     let pixels = 32 * 24;
     assert!(rays > 20 * pixels && rays < 128 * pixels, "{rays}");
@@ -190,9 +190,9 @@ const ROOM: &str = r#"(
 
 #[test]
 fn denoising_comes_nearer_to_the_truth() {
-    let desk = Desk::new();
-    let truth = colors(&desk, ROOM, "--spp 144 --seed 2");
-    let error = |flags: &str| difference(&colors(&desk, ROOM, flags), &truth).unwrap().rmse;
+    let sandbox = Sandbox::new();
+    let truth = colors(&sandbox, ROOM, "--spp 144 --seed 2");
+    let error = |flags: &str| difference(&colors(&sandbox, ROOM, flags), &truth).unwrap().rmse;
     for samples in [4, 9] {
         let (raw, denoised) = (error(&format!("--spp {samples}")), error(&format!("--spp {samples} --denoise")));
         assert!(denoised < 0.6 * raw, "{samples}: {raw} {denoised}");

@@ -6,24 +6,24 @@ use std::path::PathBuf;
 
 use anim::compare::golden;
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
 /// Renders all frames of a show, small, and compares each.
 fn show(name: &str, frames: u32, arguments: &str) {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let script = root.join("scripts").join(format!("{name}.rhai"));
-    desk.anim(&format!("{} --size 64x36 -o frames {arguments}", script.display())).ok();
+    sandbox.anim(&format!("{} --size 64x36 -o frames {arguments}", script.display())).ok();
     let bless = std::env::var_os("ANIM_BLESS").is_some();
     let check = |frame: u32| {
         let file = format!("{name}.{frame:04}.png");
         let golden = root.join("tests/golden").join(&file);
-        golden::check(&desk.path("frames").join(&file), &golden, &root.join("target/golden"), bless).err()
+        golden::check(&sandbox.path("frames").join(&file), &golden, &root.join("target/golden"), bless).err()
     };
     let failures: Vec<String> = (1..=frames).filter_map(check).collect();
     let first = failures.iter().take(5).cloned().collect::<Vec<_>>().join("\n");
     assert!(failures.is_empty(), "{} of {frames} frames:\n{first}", failures.len());
-    assert!(!desk.exists(&format!("frames/{name}.{:04}.png", frames + 1)));
+    assert!(!sandbox.exists(&format!("frames/{name}.{:04}.png", frames + 1)));
 }
 
 #[test]

@@ -31,6 +31,9 @@ const CRATES: &[(&str, &[&str])] = &[
 
 const LONGEST_FILE: usize = 500;
 
+/// Type names that are declared more than once, each with the reason. The list may only shrink.
+const SHARED_NAMES: &[(&str, &str)] = &[];
+
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
@@ -48,22 +51,22 @@ fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
     found
 }
 
-struct Source {
-    path: PathBuf,
+pub struct Source {
+    pub path: PathBuf,
     room: String,
-    text: String,
+    pub text: String,
 }
 
 impl Source {
     /// Lines of code with their numbers: no comments, and nothing below the tests.
-    fn code(&self) -> impl Iterator<Item = (usize, &str)> {
+    pub fn code(&self) -> impl Iterator<Item = (usize, &str)> {
         let is_test_file = self.path.ends_with("tests.rs");
         let lines = self.text.lines().enumerate().take_while(move |(_, line)| !is_test_file && *line != "#[cfg(test)]");
         lines.map(|(i, line)| (i + 1, line.split("//").next().unwrap_or("")))
     }
 }
 
-fn sources() -> Vec<Source> {
+pub fn sources() -> Vec<Source> {
     let src = root().join("src");
     let read = |path: PathBuf| {
         let below = path.strip_prefix(&src).unwrap();
@@ -89,7 +92,7 @@ fn imported(line: &str) -> Vec<String> {
     names
 }
 
-fn fail_on(problems: Vec<String>) {
+pub fn fail_on(problems: Vec<String>) {
     assert!(problems.is_empty(), "\n{}", problems.join("\n"));
 }
 
@@ -173,6 +176,37 @@ fn no_mathematics_of_the_system_library() {
             }
         }
     }
+    fail_on(problems);
+}
+
+/// The name of the type that a line declares, if it declares one. Associated types of traits are indented and do not
+/// count; a type that a function keeps to itself does.
+fn declared(line: &str) -> Option<&str> {
+    let bare = line.trim_start().trim_start_matches("pub ");
+    let bare = bare.strip_prefix("pub(").and_then(|rest| rest.split_once(") ")).map_or(bare, |(_, rest)| rest);
+    let (word, rest) = bare.split_once(' ')?;
+    let is_type = ["struct", "enum", "trait", "union"].contains(&word) || (word == "type" && !line.starts_with(' '));
+    let name = rest.split(|c: char| !c.is_alphanumeric() && c != '_').next()?;
+    (is_type && name.starts_with(|c: char| c.is_uppercase())).then_some(name)
+}
+
+/// One name, one meaning: a reader who finds a type by its name finds the right one.
+#[test]
+fn a_type_name_is_declared_once() {
+    let all = sources();
+    let mut places: std::collections::BTreeMap<&str, Vec<String>> = Default::default();
+    for source in &all {
+        for (number, line) in source.code() {
+            if let Some(name) = declared(line) {
+                places.entry(name).or_default().push(format!("{}:{number}", source.path.display()));
+            }
+        }
+    }
+    let is_listed = |name: &str| SHARED_NAMES.iter().any(|(known, _)| *known == name);
+    let twice = places.iter().filter(|(name, at)| at.len() > 1 && !is_listed(name));
+    let mut problems: Vec<String> = twice.map(|(name, at)| format!("{name}: {}", at.join(", "))).collect();
+    let once = SHARED_NAMES.iter().filter(|(name, _)| places.get(name).is_none_or(|at| at.len() < 2));
+    problems.extend(once.map(|(name, _)| format!("{name} is declared once: take it off the list")));
     fail_on(problems);
 }
 

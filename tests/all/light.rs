@@ -1,11 +1,11 @@
 //! Light whose truth is known: furnaces, lamps over a floor, glass, and ways of sampling that must agree.
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
-fn picture(desk: &Desk, scene: &str, arguments: &str) -> image::Rgb32FImage {
-    desk.write("scene.ron", scene);
-    desk.anim(&format!("scene.ron -o out.png --depth 16 {arguments}")).ok();
-    image::load_from_memory(&desk.read("out.png")).unwrap().to_rgb32f()
+fn picture(sandbox: &Sandbox, scene: &str, arguments: &str) -> image::Rgb32FImage {
+    sandbox.write("scene.ron", scene);
+    sandbox.anim(&format!("scene.ron -o out.png --depth 16 {arguments}")).ok();
+    image::load_from_memory(&sandbox.read("out.png")).unwrap().to_rgb32f()
 }
 
 fn mean(picture: &image::Rgb32FImage) -> f32 {
@@ -46,7 +46,7 @@ fn a_white_thing_in_uniform_light_cannot_be_seen() {
             entities: [(sphere: (), material: "m")],
         )"#
         );
-        let found = mean(&picture(&Desk::new(), &scene, ""));
+        let found = mean(&picture(&Sandbox::new(), &scene, ""));
         // Ground surfaces are as exact as the tables of what their facets lose.
         assert!((found - 0.5).abs() < 0.01, "{material}: {found}");
     }
@@ -67,7 +67,7 @@ fn a_closed_furnace_reaches_its_balance() {
             (sphere: (center: (2.0, 0.3, 0.0), radius: 0.5), material: "ball"),
         ],
     )"#;
-    let found = mean(&picture(&Desk::new(), scene, ""));
+    let found = mean(&picture(&Sandbox::new(), scene, ""));
     assert!((found - 0.4).abs() < 0.008, "{found}");
 }
 
@@ -94,7 +94,7 @@ fn lamps_over_a_floor_have_their_analytic_irradiance() {
         // Not sampled: only rays that happen to meet it bring its light.
         ("ellipsoid", path, egg, sphere, 0.08),
     ] {
-        let found = mean(&picture(&Desk::new(), &floor(render, light), ""));
+        let found = mean(&picture(&Sandbox::new(), &floor(render, light), ""));
         assert!((found / expected - 1.0).abs() < tolerance, "{name}: {found} {expected}");
     }
 }
@@ -114,7 +114,7 @@ fn glass_swallows_light_by_beers_law() {
     };
     for integrator in ["Path", "Whitted"] {
         for model in ["model: Dielectric", "diffuse: 0, transmission: 1"] {
-            let picture = picture(&Desk::new(), &scene(integrator, model), "");
+            let picture = picture(&Sandbox::new(), &scene(integrator, model), "");
             for (channel, absorption) in [0.0f32, 0.5, 2.0].into_iter().enumerate() {
                 let (r, a) = (0.04f32, (-absorption).exp());
                 let round = 1.0 - r * r * a * a;
@@ -147,10 +147,10 @@ fn errors_fall_as_samples_grow() {
         )"#
         )
     };
-    let desk = Desk::new();
-    let truth = picture(&desk, &scene(576), "--seed 2");
+    let sandbox = Sandbox::new();
+    let truth = picture(&sandbox, &scene(576), "--seed 2");
     let error = |samples: u32| {
-        let found = picture(&desk, &scene(samples), "");
+        let found = picture(&sandbox, &scene(samples), "");
         let squares = found.pixels().zip(truth.pixels()).map(|(a, b)| (a.0[0] - b.0[0]).powi(2));
         (squares.sum::<f32>() / 256.0).sqrt()
     };
@@ -177,7 +177,7 @@ fn every_integrator_draws_every_model() {
                 ],
             )"#
             );
-            let found = mean(&picture(&Desk::new(), &scene, ""));
+            let found = mean(&picture(&Sandbox::new(), &scene, ""));
             assert!(found > 0.06 && found < 0.9, "{integrator} {model}: {found}");
         }
     }
@@ -185,10 +185,10 @@ fn every_integrator_draws_every_model() {
 
 #[test]
 fn lamps_without_area_are_refused_with_their_place() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     for (light, place) in [("size: (0, 1)", "a.ron:1:33: "), ("edges: ((1, 0, 0), (2, 0, 0))", "a.ron:1:34: ")] {
-        desk.write("a.ron", format!("(entities: [(area_light: ({light}))])"));
-        desk.anim("check a.ron").fails(3, &[place, "must span an area", "`point_light`"]);
+        sandbox.write("a.ron", format!("(entities: [(area_light: ({light}))])"));
+        sandbox.anim("check a.ron").fails(3, &[place, "must span an area", "`point_light`"]);
     }
 }
 
@@ -202,9 +202,9 @@ fn impossible_materials_are_refused_with_their_place() {
         ("emission: (-1, 0, 0)", "`emission` must be at least 0"),
         ("model: Lambart", "Lambert"),
     ] {
-        let desk = Desk::new();
-        desk.write("scene.ron", format!("(\n  materials: {{ \"m\": ({material}) }},\n)"));
-        let run = desk.anim("check scene.ron");
+        let sandbox = Sandbox::new();
+        sandbox.write("scene.ron", format!("(\n  materials: {{ \"m\": ({material}) }},\n)"));
+        let run = sandbox.anim("check scene.ron");
         assert_eq!(run.code, 3, "{material}");
         assert!(run.stderr.contains(words) && run.stderr.contains("scene.ron:2:"), "{material}: {}", run.stderr);
     }

@@ -3,14 +3,14 @@
 use anim::components::{Edit, Render};
 use anim::shot::{self, Overrides, Shot};
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
-fn open(desk: &Desk, input: &str) -> Shot {
-    shot::open(&desk.path(input), &[], false, Overrides::default()).unwrap().0
+fn open(sandbox: &Sandbox, input: &str) -> Shot {
+    shot::open(&sandbox.path(input), &[], false, Overrides::default()).unwrap().0
 }
 
-fn picture(desk: &Desk, file: &str) -> image::RgbImage {
-    image::load_from_memory(&desk.read(file)).unwrap().to_rgb8()
+fn picture(sandbox: &Sandbox, file: &str) -> image::RgbImage {
+    image::load_from_memory(&sandbox.read(file)).unwrap().to_rgb8()
 }
 
 /// A black ball on white, seen from so far away that its outline is a disk of `radius` pixels, in a picture of 48 x 24,
@@ -50,12 +50,12 @@ fn coverage(x: u32, y: u32, radius: f64, travel: f64) -> f64 {
 
 #[test]
 fn a_moving_ball_covers_what_it_should() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let (radius, travel) = (5.0, 24.0);
-    desk.write("ball.ron", ball(radius, travel, "shutter: (0.0, 0.5)", "samples: 64, shutter_slices: 64"));
-    desk.anim("ball.ron -o ball.png").ok();
+    sandbox.write("ball.ron", ball(radius, travel, "shutter: (0.0, 0.5)", "samples: 64, shutter_slices: 64"));
+    sandbox.anim("ball.ron -o ball.png").ok();
     let (mut worst, mut area) = (0.0f64, 0.0);
-    for (x, y, pixel) in picture(&desk, "ball.png").enumerate_pixels() {
+    for (x, y, pixel) in picture(&sandbox, "ball.png").enumerate_pixels() {
         let covered = 1.0 - f64::from(pixel.0[0]) / 255.0;
         area += covered;
         worst = worst.max((covered - coverage(x, y, radius, travel)).abs());
@@ -68,11 +68,11 @@ fn a_moving_ball_covers_what_it_should() {
 /// As many moments as do not divide the samples evenly: none of them may count for more in the mean.
 #[test]
 fn slices_share_the_samples_fairly() {
-    let desk = Desk::new();
-    desk.write("ball.ron", ball(8.0, 30.0, "shutter: (0.0, 0.5)", "samples: 9, shutter_slices: 7"));
-    desk.anim("ball.ron -o ball.png").ok();
+    let sandbox = Sandbox::new();
+    sandbox.write("ball.ron", ball(8.0, 30.0, "shutter: (0.0, 0.5)", "samples: 9, shutter_slices: 7"));
+    sandbox.anim("ball.ron -o ball.png").ok();
     let (mut area, mut moment) = (0.0, 0.0);
-    for (x, _, pixel) in picture(&desk, "ball.png").enumerate_pixels() {
+    for (x, _, pixel) in picture(&sandbox, "ball.png").enumerate_pixels() {
         let covered = 1.0 - f64::from(pixel.0[0]) / 255.0;
         area += covered;
         moment += covered * (f64::from(x) + 0.5 - 24.0);
@@ -83,10 +83,10 @@ fn slices_share_the_samples_fairly() {
 
 #[test]
 fn a_closed_shutter_is_an_instant() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let render = |name: &str, text: String| {
-        desk.write(&format!("{name}.ron"), text).anim(&format!("{name}.ron -o {name}.png")).ok();
-        picture(&desk, &format!("{name}.png"))
+        sandbox.write(&format!("{name}.ron"), text).anim(&format!("{name}.ron -o {name}.png")).ok();
+        picture(&sandbox, &format!("{name}.png"))
     };
     let never = render("never", ball(5.0, 20.0, "", "samples: 4"));
     assert_eq!(render("closed", ball(5.0, 20.0, "shutter: (0.0, 0.0)", "samples: 4, shutter_slices: 4")), never);
@@ -118,14 +118,15 @@ fn orbiting(frames: u32, shutter: &str) -> String {
 /// One frame of a light that flies around is the mean of its instants.
 #[test]
 fn an_open_shutter_is_the_mean_of_its_moments() {
-    let desk = Desk::new();
-    desk.write("wall.ron", WALL)
+    let sandbox = Sandbox::new();
+    sandbox
+        .write("wall.ron", WALL)
         .write("blurred.rhai", orbiting(4, "s.camera.shutter = [0, 1];"))
         .write("instants.rhai", orbiting(32, ""));
-    desk.anim("blurred.rhai -o a --frames 1").ok();
-    desk.anim("instants.rhai -o b --frames 2,4,6,8").ok();
-    let blurred = picture(&desk, "a/blurred.0001.png");
-    let instants = [2, 4, 6, 8].map(|n| picture(&desk, &format!("b/instants.{n:04}.png")));
+    sandbox.anim("blurred.rhai -o a --frames 1").ok();
+    sandbox.anim("instants.rhai -o b --frames 2,4,6,8").ok();
+    let blurred = picture(&sandbox, "a/blurred.0001.png");
+    let instants = [2, 4, 6, 8].map(|n| picture(&sandbox, &format!("b/instants.{n:04}.png")));
     let linear = |byte: u8| anim::base::color::srgb_decode(f32::from(byte) / 255.0);
     let (mut error, mut change) = (0.0f32, 0.0f32);
     for (x, y, pixel) in blurred.enumerate_pixels() {
@@ -148,8 +149,8 @@ const SHOW: &str = r#"
     }
 "#;
 
-fn show() -> Desk {
-    let desk = Desk::new();
+fn show() -> Sandbox {
+    let sandbox = Sandbox::new();
     let scene = r#"(
         render: (size: (40, 30), samples: 9, shutter_slices: 5),
         entities: [
@@ -160,16 +161,16 @@ fn show() -> Desk {
             (name: "lamp", area_light: (), transform: (translation: (2.0, 5.0, 3.0))),
         ],
     )"#;
-    desk.write("scene.ron", scene).write("show.rhai", SHOW);
-    desk
+    sandbox.write("scene.ron", scene).write("show.rhai", SHOW);
+    sandbox
 }
 
 #[test]
 fn blurred_frames_do_not_depend_on_threads_order_or_accelerator() {
-    let desk = show();
+    let sandbox = show();
     let render = |folder: &str, flags: &str| {
-        desk.anim(&format!("show.rhai -o {folder} {flags}")).ok();
-        [1, 2, 3].map(|n| picture(&desk, &format!("{folder}/show.{n:04}.png")))
+        sandbox.anim(&format!("show.rhai -o {folder} {flags}")).ok();
+        [1, 2, 3].map(|n| picture(&sandbox, &format!("{folder}/show.{n:04}.png")))
     };
     let one = render("one", "--threads 1");
     assert!(one[0] != one[1] && one[1] != one[2]);
@@ -180,8 +181,8 @@ fn blurred_frames_do_not_depend_on_threads_order_or_accelerator() {
 
 #[test]
 fn a_frame_is_its_slices_as_data() {
-    let desk = show();
-    let shot = open(&desk, "show.rhai");
+    let sandbox = show();
+    let shot = open(&sandbox, "show.rhai");
     let slices = shot.slices(2).unwrap();
     let times: Vec<f64> = slices.iter().map(|s| s.time).collect();
     let expected = [-0.23, -0.09, 0.05, 0.19, 0.33];
@@ -201,18 +202,18 @@ fn renders(edits: &[Edit]) -> Vec<&Render> {
 
 #[test]
 fn a_mistake_between_frames_is_found_and_keeps_to_its_frame() {
-    let desk = show();
+    let sandbox = show();
     let mistake = SHOW.replace("if f.t", "if f.number == 3 && f.t > 0.67 && f.t < 0.7 { s.get(\"bal\"); }\nif f.t");
-    desk.write("wrong.rhai", mistake);
+    sandbox.write("wrong.rhai", mistake);
     let said = ["wrong.rhai:8:", "in frame 3: there is no entity `bal`", "did you mean `ball`?"];
-    desk.anim("check wrong.rhai").fails(3, &said);
+    sandbox.anim("check wrong.rhai").fails(3, &said);
     // The other frames are made.
-    desk.anim("wrong.rhai -o out").fails(4, &said);
-    assert!(desk.exists("out/wrong.0002.png") && !desk.exists("out/wrong.0003.png"));
+    sandbox.anim("wrong.rhai -o out").fails(4, &said);
+    assert!(sandbox.exists("out/wrong.0002.png") && !sandbox.exists("out/wrong.0003.png"));
     let behind = SHOW.replace(
         "if f.t",
         "s.camera.aperture = 0.1; if f.t > 0.4 && f.t < 0.5 { s.camera.focus = [0, 2, 99]; }\nif f.t",
     );
-    desk.write("behind.rhai", behind);
-    desk.anim("check behind.rhai").fails(3, &["in frame 2: the camera is focused on the point, which is behind it"]);
+    sandbox.write("behind.rhai", behind);
+    sandbox.anim("check behind.rhai").fails(3, &["in frame 2: the camera is focused on the point, which is behind it"]);
 }

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 
 use serde_json::Value;
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
 /// Ray counts of one still, from `--stats json`.
-fn stats(desk: &Desk, arguments: &str) -> Value {
-    let run = desk.anim(&format!("render {arguments} --stats json")).ok();
+fn stats(sandbox: &Sandbox, arguments: &str) -> Value {
+    let run = sandbox.anim(&format!("render {arguments} --stats json")).ok();
     serde_json::from_str(run.stdout.lines().next().unwrap()).unwrap()
 }
 
@@ -51,9 +51,9 @@ fn sierpinski(corners: [[f64; 3]; 4], depth: u32, text: &mut String) {
 /// Published by Havran and Sixta (1999) for tetra at size 6, 513 x 513.
 #[test]
 fn the_tetrahedron_has_its_published_ray_counts() {
-    let desk = Desk::new();
-    desk.write("tetra.nff", tetra(6));
-    let counts = stats(&desk, "tetra.nff --size 513x513 --spp 1");
+    let sandbox = Sandbox::new();
+    sandbox.write("tetra.nff", tetra(6));
+    let counts = stats(&sandbox, "tetra.nff --size 513x513 --spp 1");
     close(&counts, "primary_rays", 513.0 * 513.0, 0.0);
     close(&counts, "primary_hits", 49_950.0, 0.005);
     close(&counts, "shadow_rays", 46_262.0, 0.10);
@@ -78,9 +78,9 @@ fn the_standard_databases_have_their_published_ray_counts() {
         ("tetra_s6.nff", 49_950.0, 46_262.0, 0.0),
         ("tree_s11.nff", 169_907.0, 1_110_323.0, 0.0),
     ];
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     for (file, hits, shadow, secondary) in published {
-        let counts = stats(&desk, &format!("{} --size 513x513 --spp 1", folder.join(file).display()));
+        let counts = stats(&sandbox, &format!("{} --size 513x513 --spp 1", folder.join(file).display()));
         let count = |key: &str| counts[key].as_f64().unwrap();
         println!("{file}: {counts}");
         close(&counts, "primary_hits", hits, 0.005);
@@ -90,10 +90,10 @@ fn the_standard_databases_have_their_published_ray_counts() {
     }
 }
 
-fn picture(desk: &Desk, scene: &str, arguments: &str) -> image::Rgb32FImage {
-    desk.write("scene.ron", scene);
-    desk.anim(&format!("scene.ron -o out.png --depth 16 {arguments}")).ok();
-    image::load_from_memory(&desk.read("out.png")).unwrap().to_rgb32f()
+fn picture(sandbox: &Sandbox, scene: &str, arguments: &str) -> image::Rgb32FImage {
+    sandbox.write("scene.ron", scene);
+    sandbox.anim(&format!("scene.ron -o out.png --depth 16 {arguments}")).ok();
+    image::load_from_memory(&sandbox.read("out.png")).unwrap().to_rgb32f()
 }
 
 /// A plane lit from above by Lambert's law: the brightness of every pixel has a closed form.
@@ -105,8 +105,8 @@ fn a_lit_plane_follows_lamberts_law() {
         materials: { "m": (color: (0.8, 0.4, 0.2)) },
         entities: [(plane: (), material: "m"), (point_light: (position: (0.0, 2.0, 0.0)))],
     )"#;
-    let desk = Desk::new();
-    let picture = picture(&desk, scene, "");
+    let sandbox = Sandbox::new();
+    let picture = picture(&sandbox, scene, "");
     for (x, y, pixel) in picture.enumerate_pixels() {
         // The pixel's place on the plane, for a view plane of 4 x 4 at distance 2.
         let (px, pz) = ((x as f32 + 0.5) / 33.0 * 4.0 - 2.0, (y as f32 + 0.5) / 33.0 * 4.0 - 2.0);
@@ -120,13 +120,13 @@ fn a_lit_plane_follows_lamberts_law() {
 /// The silhouette of a sphere covers the solid angle that geometry says.
 #[test]
 fn a_sphere_covers_its_analytic_share_of_the_picture() {
-    let desk = Desk::new();
-    desk.write(
+    let sandbox = Sandbox::new();
+    sandbox.write(
         "scene.ron",
         "(camera: (from: (0.0, 0.0, 4.0), at: (0.0, 0.0, 0.0), fov: 60.0), render: (size: (400, 400), samples: 1),
           entities: [(sphere: ())])",
     );
-    let counts = stats(&desk, "scene.ron");
+    let counts = stats(&sandbox, "scene.ron");
     // Half angle asin(1/4); on a view plane at distance 1 that is a disk of radius tan(asin(1/4)).
     let radius = 0.25f64 / (1.0 - 0.0625f64).sqrt();
     let side = 2.0 * (30.0f64.to_radians()).tan();
@@ -153,10 +153,10 @@ fn a_thin_glass_slab_leaves_the_background_in_place() {
         )"#
         )
     };
-    let desk = Desk::new();
-    let plain = picture(&desk, &scene(""), "");
+    let sandbox = Sandbox::new();
+    let plain = picture(&sandbox, &scene(""), "");
     let slab = r#"(aabox: (min: (-9.0, -9.0, 2.0), max: (9.0, 9.0, 2.001)), material: "g"),"#;
-    let through = picture(&desk, &scene(slab), "");
+    let through = picture(&sandbox, &scene(slab), "");
     let differing = plain.pixels().zip(through.pixels()).filter(|(a, b)| (a.0[0] - b.0[0]).abs() > 0.01).count();
     assert!(differing < 8, "{differing} of 1600 pixels differ");
 }
@@ -178,8 +178,8 @@ fn a_soft_shadow_has_the_right_penumbra() {
             ],
         )"#
         );
-        let desk = Desk::new();
-        let picture = picture(&desk, &scene, "");
+        let sandbox = Sandbox::new();
+        let picture = picture(&sandbox, &scene, "");
         // Light 100 above the edge, floor 1 below it: the penumbra spans 40/100 to both sides of x = 0.2 wide halves.
         for x in 0..40 {
             let place = (x as f64 + 0.5) / 40.0 - 0.5;

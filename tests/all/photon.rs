@@ -1,13 +1,13 @@
 //! Photon mapping: against path tracing, which knows nothing of photons, and against closed forms.
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
 type Picture = image::Rgb32FImage;
 
-fn picture(desk: &Desk, scene: &str, arguments: &str) -> Picture {
-    desk.write("scene.ron", scene);
-    desk.anim(&format!("scene.ron -o out.png --depth 16 {arguments}")).ok();
-    image::load_from_memory(&desk.read("out.png")).unwrap().to_rgb32f()
+fn picture(sandbox: &Sandbox, scene: &str, arguments: &str) -> Picture {
+    sandbox.write("scene.ron", scene);
+    sandbox.anim(&format!("scene.ron -o out.png --depth 16 {arguments}")).ok();
+    image::load_from_memory(&sandbox.read("out.png")).unwrap().to_rgb32f()
 }
 
 /// Means of the channels over a block of the picture's n x n.
@@ -24,9 +24,9 @@ fn blocks(picture: &Picture, n: u32) -> Vec<[f32; 3]> {
 
 /// Photon map and path tracer of a scene: the largest difference of blocks, over the mean, and that of the whole.
 fn compare(scene: &str, photon: &str, path: &str, n: u32) -> (f32, f32) {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let [a, b] = [format!("--integrator photon {photon}"), format!("--integrator path {path}")]
-        .map(|arguments| picture(&desk, scene, &arguments));
+        .map(|arguments| picture(&sandbox, scene, &arguments));
     let whole = |p: &Picture| blocks(p, 1)[0].iter().sum::<f32>() / 3.0;
     let mean = whole(&b);
     assert!(mean > 0.02 && mean < 0.9, "{mean}");
@@ -129,13 +129,13 @@ fn a_furnace_reaches_its_balance() {
         materials: { "wall": (model: Lambert, color: (0.5, 0.5, 0.5), emission: (0.2, 0.2, 0.2)) },
         entities: [(sphere: (radius: -1.0), material: "wall")],
     )"#;
-    let [found, ..] = blocks(&picture(&Desk::new(), scene, ""), 1)[0];
+    let [found, ..] = blocks(&picture(&Sandbox::new(), scene, ""), 1)[0];
     assert!((found - 0.4).abs() < 0.012, "{found}");
 }
 
 #[test]
 fn photons_are_the_same_whatever_finds_their_ways() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let scene = room(
         "photons: 9000, photon_passes: 3, max_depth: 6, samples: 4, integrator: Photon, shutter_slices: 2",
         r#""glass": (model: Dielectric, ior: 1.5),"#,
@@ -144,21 +144,21 @@ fn photons_are_the_same_whatever_finds_their_ways() {
             motion: (displacement: (0.3, 0.0, 0.0))),"#,
     )
     .replace("fov: 38.0", "fov: 38.0, shutter: (0.0, 0.5)");
-    let one = picture(&desk, &scene, "--threads 1 --accel brute");
-    assert_eq!(picture(&desk, &scene, "--threads 3 --accel bvh"), one);
-    assert_eq!(picture(&desk, &scene, "--threads 2 --accel grid"), one);
-    assert_ne!(picture(&desk, &scene, "--seed 7"), one);
+    let one = picture(&sandbox, &scene, "--threads 1 --accel brute");
+    assert_eq!(picture(&sandbox, &scene, "--threads 3 --accel bvh"), one);
+    assert_eq!(picture(&sandbox, &scene, "--threads 2 --accel grid"), one);
+    assert_ne!(picture(&sandbox, &scene, "--seed 7"), one);
 }
 
 #[test]
 fn impossible_settings_are_explained() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     for (setting, said) in [
         ("photons: 0", "`photons`"),
         ("photon_passes: 0", "`photon_passes`"),
         ("photon_radius: 0.0", "`photon_radius`"),
     ] {
-        desk.write("scene.ron", format!("(render: ({setting}))"));
-        desk.anim("check scene.ron").fails(3, &["scene.ron:1:", said]);
+        sandbox.write("scene.ron", format!("(render: ({setting}))"));
+        sandbox.anim("check scene.ron").fails(3, &["scene.ron:1:", said]);
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::tool::{Desk, Run};
+use crate::tool::{Run, Sandbox};
 
 fn number(line: &str, key: &str) -> u64 {
     serde_json::from_str::<serde_json::Value>(line).unwrap()[key].as_u64().unwrap()
@@ -13,28 +13,28 @@ fn sum(run: &Run, key: &str) -> u64 {
     run.stdout.lines().map(|line| number(line, key)).sum()
 }
 
-fn pictures(desk: &Desk, folder: &str) -> BTreeMap<String, Vec<u8>> {
-    let files = desk.files().into_iter().filter(|file| file.ends_with(".png"));
-    files.filter_map(|file| Some((file.strip_prefix(folder)?.to_string(), desk.read(&file)))).collect()
+fn pictures(sandbox: &Sandbox, folder: &str) -> BTreeMap<String, Vec<u8>> {
+    let files = sandbox.files().into_iter().filter(|file| file.ends_with(".png"));
+    files.filter_map(|file| Some((file.strip_prefix(folder)?.to_string(), sandbox.read(&file)))).collect()
 }
 
 /// Renders a script as it is, frame by frame without reuse, and on two shards; gives the statistics of the first.
 #[track_caller]
-fn same_bytes(desk: &Desk, name: &str, more: &str) -> Run {
-    let run = desk.anim(&format!("{name} -o kept/ --stats json {more}")).ok();
-    let fresh = desk.anim(&format!("{name} -o fresh/ --no-reuse --threads 1 --stats json {more}")).ok();
+fn same_bytes(sandbox: &Sandbox, name: &str, more: &str) -> Run {
+    let run = sandbox.anim(&format!("{name} -o kept/ --stats json {more}")).ok();
+    let fresh = sandbox.anim(&format!("{name} -o fresh/ --no-reuse --threads 1 --stats json {more}")).ok();
     assert_eq!(sum(&fresh, "tiles_kept") + sum(&fresh, "passes_kept") + sum(&fresh, "photon_maps_kept"), 0);
     for shard in 1..=2 {
-        desk.anim(&format!("{name} -o shards/ --shard {shard}/2 {more}")).ok();
+        sandbox.anim(&format!("{name} -o shards/ --shard {shard}/2 {more}")).ok();
     }
-    let kept = pictures(desk, "kept/");
+    let kept = pictures(sandbox, "kept/");
     for folder in ["fresh/", "shards/"] {
-        for (name, bytes) in pictures(desk, folder) {
+        for (name, bytes) in pictures(sandbox, folder) {
             assert!(kept[&name] == bytes, "{folder}{name} differs {more}");
         }
     }
     for folder in ["kept", "fresh", "shards"] {
-        std::fs::remove_dir_all(desk.path(folder)).unwrap();
+        std::fs::remove_dir_all(sandbox.path(folder)).unwrap();
     }
     run
 }
@@ -63,30 +63,30 @@ const INTEGRATORS: [&str; 3] = ["whitted", "distribution", "path"];
 
 #[test]
 fn colours_of_lights_cost_one_frame() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let script = r#"animation(#{ scene: "a.ron", frames: 6 });
         fn frame(s, f) {
             if f.number < 6 { s.get("key").color = [f.t, 0.5, 1.0 - f.t]; }
             s.get("fill").area_light.color = if f.number == 3 { [0, 0, 0] } else { [9.0 * f.t, 3, 1] };
         }"#;
-    desk.write("a.ron", ROOM).write("a.rhai", script);
+    sandbox.write("a.ron", ROOM).write("a.rhai", script);
     for integrator in INTEGRATORS {
-        let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 32x24"));
+        let run = same_bytes(&sandbox, "a.rhai", &format!("--integrator {integrator} --size 32x24"));
         // Three passes, traced in the first of six frames.
         assert_eq!((sum(&run, "passes"), sum(&run, "passes_kept")), (18, 15));
         // A plan counts the passes that are not there any more.
         let more = format!("--integrator {integrator} --size 32x24");
-        desk.anim(&format!("a.rhai -o out/ {more}")).ok();
-        std::fs::remove_file(desk.path("out/a.0004.png")).unwrap();
-        std::fs::remove_file(desk.path("out/a.0005.png")).unwrap();
-        let plan = desk.anim(&format!("plan a.rhai -o out/ {more}")).ok().stdout;
+        sandbox.anim(&format!("a.rhai -o out/ {more}")).ok();
+        std::fs::remove_file(sandbox.path("out/a.0004.png")).unwrap();
+        std::fs::remove_file(sandbox.path("out/a.0005.png")).unwrap();
+        let plan = sandbox.anim(&format!("plan a.rhai -o out/ {more}")).ok().stdout;
         assert!(plan.contains("4 done, 2 missing; 1 to trace"), "{plan}");
-        std::fs::remove_dir_all(desk.path("out")).unwrap();
+        std::fs::remove_dir_all(sandbox.path("out")).unwrap();
         // A few of the frames are what they are among all.
-        desk.anim(&format!("a.rhai -o some/ --size 32x24 --integrator {integrator} --frames 4,2")).ok();
-        desk.anim(&format!("a.rhai -o all/ --size 32x24 --integrator {integrator} --reuse-memory 0")).ok();
-        let all = pictures(&desk, "all/");
-        assert!(pictures(&desk, "some/").iter().all(|(name, bytes)| all[name] == *bytes));
+        sandbox.anim(&format!("a.rhai -o some/ --size 32x24 --integrator {integrator} --frames 4,2")).ok();
+        sandbox.anim(&format!("a.rhai -o all/ --size 32x24 --integrator {integrator} --reuse-memory 0")).ok();
+        let all = pictures(&sandbox, "all/");
+        assert!(pictures(&sandbox, "some/").iter().all(|(name, bytes)| all[name] == *bytes));
     }
 }
 
@@ -104,7 +104,7 @@ fn glowing(around: &str) -> String {
 
 #[test]
 fn colours_of_what_glows_and_of_what_lies_around_cost_one_frame() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let script = |around: &str| {
         format!(
             "animation(#{{ scene: \"a.ron\", frames: 5 }});\nfn frame(s, f) {{
@@ -121,9 +121,9 @@ fn colours_of_what_glows_and_of_what_lies_around_cost_one_frame() {
         ("background: (0.1, 0.1, 0.2)", "s.render.background = [0.2 * f.t, 0.1, 0.3];"),
         (sky, "s.render.environment_intensity = 2.0 * f.t;"),
     ] {
-        desk.write("a.ron", glowing(around)).write("a.rhai", script(edit));
+        sandbox.write("a.ron", glowing(around)).write("a.rhai", script(edit));
         for integrator in INTEGRATORS {
-            let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 32x24 --spp 4"));
+            let run = same_bytes(&sandbox, "a.rhai", &format!("--integrator {integrator} --size 32x24 --spp 4"));
             // One for each of what glows, the lamp and the surroundings, and the rest; traced in the first of five.
             assert_eq!((sum(&run, "passes"), sum(&run, "passes_kept")), (25, 20), "{integrator} {around}");
         }
@@ -132,7 +132,7 @@ fn colours_of_what_glows_and_of_what_lies_around_cost_one_frame() {
 
 #[test]
 fn a_sum_over_what_glows_is_the_light_of_all_of_it() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let lit = "s.material(\"glow\").emission = [3, 1, 1]; s.material(\"ember\").emission = [0.5, 0.2, 0];";
     let sky = "sky: ((0.2, 0.3, 0.6), (0.5, 0.5, 0.5), (0.1, 0.1, 0.1))";
     for (around, edit) in [
@@ -156,46 +156,46 @@ fn a_sum_over_what_glows_is_the_light_of_all_of_it() {
             ["(-2.0, 0.0, 3.0)), material: \"glow\"", "(-2.0, 0.0, 3.0)), material: \"red\""],
         ];
         let scene = matt.into_iter().fold(glowing(around), swap);
-        desk.write("a.ron", scene).write("sum.rhai", show(2)).write("one.rhai", show(1));
+        sandbox.write("a.ron", scene).write("sum.rhai", show(2)).write("one.rhai", show(1));
         for integrator in INTEGRATORS {
             let more = format!("--integrator {integrator} --size 8x6 --spp 256 --frames 1");
-            desk.anim(&format!("sum.rhai -o sum.png {more}")).ok();
-            desk.anim(&format!("one.rhai -o one.png {more}")).ok();
+            sandbox.anim(&format!("sum.rhai -o sum.png {more}")).ok();
+            sandbox.anim(&format!("one.rhai -o one.png {more}")).ok();
             // Lights are chosen by other chances then, and paths are noisy.
             let tolerance = if integrator == "path" { 0.1 } else { 0.01 };
-            desk.anim(&format!("diff sum.png one.png --tolerance {tolerance}")).ok();
+            sandbox.anim(&format!("diff sum.png one.png --tolerance {tolerance}")).ok();
         }
     }
 }
 
 #[test]
 fn a_sum_of_passes_is_the_light_of_all_lights() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let script = "animation(#{ scene: \"a.ron\", frames: 2 });\n\
                   fn frame(s, f) { s.get(\"key\").color = [0.3, 0.4 * f.index, 0.5]; }";
-    desk.write("a.ron", ROOM).write("a.rhai", script);
+    sandbox.write("a.ron", ROOM).write("a.rhai", script);
     for integrator in INTEGRATORS {
-        desk.anim(&format!("a.rhai -o out --integrator {integrator} --size 16x12 --spp 256")).ok();
-        desk.write("b.ron", ROOM.replace("color: (0.7, 0.7, 0.6)", "color: (0.3, 0.4, 0.5)"));
-        desk.anim(&format!("b.ron -o b.png --integrator {integrator} --size 16x12 --spp 256")).ok();
+        sandbox.anim(&format!("a.rhai -o out --integrator {integrator} --size 16x12 --spp 256")).ok();
+        sandbox.write("b.ron", ROOM.replace("color: (0.7, 0.7, 0.6)", "color: (0.3, 0.4, 0.5)"));
+        sandbox.anim(&format!("b.ron -o b.png --integrator {integrator} --size 16x12 --spp 256")).ok();
         // Paths choose lights by another chance then, and are noisy.
         let tolerance = if integrator == "path" { 0.2 } else { 0.005 };
-        desk.anim(&format!("diff out/a.0002.png b.png --tolerance {tolerance}")).ok();
+        sandbox.anim(&format!("diff out/a.0002.png b.png --tolerance {tolerance}")).ok();
     }
 }
 
 #[test]
 fn a_body_that_moves_costs_the_tiles_that_see_it() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let script = r#"animation(#{ scene: "a.ron", frames: 5 });
         fn frame(s, f) {
             s.get("b").translation = [1.5 + 0.1 * f.index, 0.5, 1.0];
             if f.number == 3 { s.get("b").material = "glass"; }
             if f.number == 4 { s.spawn(#{ sphere: #{ radius: 0.2 }, translation: [-3, 0.2, 3] }); }
         }"#;
-    desk.write("a.ron", ROOM).write("a.rhai", script);
+    sandbox.write("a.ron", ROOM).write("a.rhai", script);
     for integrator in INTEGRATORS {
-        let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 96x64 --spp 1"));
+        let run = same_bytes(&sandbox, "a.rhai", &format!("--integrator {integrator} --size 96x64 --spp 1"));
         let (tiles, kept) = (sum(&run, "tiles"), sum(&run, "tiles_kept"));
         assert!(integrator == "path" || kept * 3 > tiles, "{integrator}: {kept} of {tiles}");
     }
@@ -203,7 +203,7 @@ fn a_body_that_moves_costs_the_tiles_that_see_it() {
 
 #[test]
 fn photons_are_sent_once_while_only_the_camera_or_the_film_changes() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let script = r#"animation(#{ scene: "a.ron", frames: 7 });
         fn frame(s, f) {
             s.camera.from = [0.3 * f.index, 3, 8];
@@ -212,19 +212,19 @@ fn photons_are_sent_once_while_only_the_camera_or_the_film_changes() {
             if f.number > 4 { s.material("red").color = [0.1, 0.8, 0.1]; }
             if f.number > 6 { s.get("key").color = [0.1, 0.8, 0.1]; }
         }"#;
-    desk.write("a.ron", ROOM.replace("max_depth", "photons: 1000, photon_passes: 3, max_depth"));
+    sandbox.write("a.ron", ROOM.replace("max_depth", "photons: 1000, photon_passes: 3, max_depth"));
     let more = "--integrator photon --size 16x12 --spp 4";
     // Frames 1 to 4 and 5 to 6 see the same light; with a shutter each moment has maps of its own.
     for (shutter, maps) in [("", 3), ("s.camera.shutter = [0.0, 0.5]; s.render.shutter_slices = 2;", 2)] {
-        desk.write("a.rhai", script.replace("s.camera.from", &format!("{shutter} s.camera.from")));
-        let run = same_bytes(&desk, "a.rhai", more);
+        sandbox.write("a.rhai", script.replace("s.camera.from", &format!("{shutter} s.camera.from")));
+        let run = same_bytes(&sandbox, "a.rhai", more);
         assert_eq!((sum(&run, "photon_maps"), sum(&run, "photon_maps_kept")), (7 * maps, 4 * maps));
         assert!(sum(&run, "reuse_bytes") > 0);
-        let none = desk.anim(&format!("a.rhai -o none/ --stats json --reuse-memory 0 {more}")).ok();
+        let none = sandbox.anim(&format!("a.rhai -o none/ --stats json --reuse-memory 0 {more}")).ok();
         assert_eq!((sum(&none, "photon_maps_kept"), sum(&none, "reuse_bytes")), (0, 0));
-        std::fs::remove_dir_all(desk.path("none")).unwrap();
+        std::fs::remove_dir_all(sandbox.path("none")).unwrap();
     }
-    let plan = desk.anim(&format!("plan a.rhai --json {more}")).ok();
+    let plan = sandbox.anim(&format!("plan a.rhai --json {more}")).ok();
     let words: Vec<serde_json::Value> = plan.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let words: Vec<&str> = words.iter().map(|line| line["reuse"].as_str().unwrap()).collect();
     assert_eq!(words, ["none", "photons", "photons", "photons", "none", "photons", "none"]);
@@ -319,13 +319,13 @@ fn random_script(dice: &mut Dice) -> String {
 
 /// Sequences of chance under an integrator, rendered both ways.
 fn random_edits(integrator: &str, seeds: std::ops::Range<u64>) {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let mut kept = 0.0;
     for seed in seeds {
         let mut dice = Dice(seed);
-        desk.write("a.ron", random_room(&mut dice)).write("a.rhai", random_script(&mut dice));
+        sandbox.write("a.ron", random_room(&mut dice)).write("a.rhai", random_script(&mut dice));
         let size = ["--size 32x24 --spp 4", "--size 40x30 --spp 1"][seed as usize % 2];
-        let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} {size}"));
+        let run = same_bytes(&sandbox, "a.rhai", &format!("--integrator {integrator} {size}"));
         let share = |line: &str| serde_json::from_str::<serde_json::Value>(line).unwrap()["share_kept"].as_f64();
         kept += run.stdout.lines().filter_map(share).sum::<f64>();
     }
@@ -349,11 +349,11 @@ fn random_edits_give_the_bytes_of_a_fresh_path_run() {
 
 #[test]
 fn short_of_memory_pixels_are_kept_as_wholes() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let script = "animation(#{ scene: \"a.ron\", frames: 4 });\n\
                   fn frame(s, f) { s.get(\"b\").translation = [1.5, 0.5 + f.t, 1.0]; }";
-    desk.write("a.ron", ROOM).write("a.rhai", script);
-    let run = |memory: u32| same_bytes(&desk, "a.rhai", &format!("--size 64x48 --spp 16 --reuse-memory {memory}"));
+    sandbox.write("a.ron", ROOM).write("a.rhai", script);
+    let run = |memory: u32| same_bytes(&sandbox, "a.rhai", &format!("--size 64x48 --spp 16 --reuse-memory {memory}"));
     let (little, ample) = (run(1), run(64));
     let most = |run: &Run| run.stdout.lines().map(|line| number(line, "reuse_bytes")).max().unwrap();
     assert!(most(&little) <= 1 << 20 && most(&ample) > 1 << 20, "{} {}", most(&little), most(&ample));
@@ -364,12 +364,12 @@ fn short_of_memory_pixels_are_kept_as_wholes() {
 
 #[test]
 fn a_turning_piece_before_a_mirror_costs_what_sees_it() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let script = "animation(#{ scene: \"a.ron\", frames: 4, mode: \"loop\" });\n\
                   fn frame(s, f) { s.get(\"c\").yaw = 360 * f.t; s.get(\"b\").translation = [1.5, 0.5 + f.t, 1.0]; }";
-    desk.write("a.ron", ROOM).write("a.rhai", script);
+    sandbox.write("a.ron", ROOM).write("a.rhai", script);
     for integrator in INTEGRATORS {
-        let run = same_bytes(&desk, "a.rhai", &format!("--integrator {integrator} --size 64x48"));
+        let run = same_bytes(&sandbox, "a.rhai", &format!("--integrator {integrator} --size 64x48"));
         let (first, all) = (number(run.stdout.lines().next().unwrap(), "primary_rays"), sum(&run, "primary_rays"));
         assert!(all < first * 3, "{integrator}: {all} of {first} a frame");
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use crate::tool::{Desk, Run};
+use crate::tool::{Run, Sandbox};
 
 const SCENE: &str = r#"(
     render: (size: (24, 16), samples: 1),
@@ -27,10 +27,10 @@ const FRAMES: u32 = 12;
 /// The ninth, tenth, eleventh and twelfth are equal.
 const DIFFERENT: usize = 9;
 
-fn desk() -> Desk {
-    let desk = Desk::new();
-    desk.write("a.ron", SCENE).write("a.rhai", SCRIPT);
-    desk
+fn sandbox() -> Sandbox {
+    let sandbox = Sandbox::new();
+    sandbox.write("a.ron", SCENE).write("a.rhai", SCRIPT);
+    sandbox
 }
 
 /// How often each kind of reuse is in the statistics of a run.
@@ -51,51 +51,51 @@ fn expect(run: Run, none: usize, copy: usize, cache: usize) {
 }
 
 /// Names and bytes of the pictures in a folder, what is beside them left out.
-fn pictures(desk: &Desk, folder: &str) -> BTreeMap<String, Vec<u8>> {
+fn pictures(sandbox: &Sandbox, folder: &str) -> BTreeMap<String, Vec<u8>> {
     let below = |file: &String| file.strip_prefix(folder).map(str::to_string);
-    let files = desk.files().into_iter().filter(|file| file.ends_with(".png") || file.ends_with(".exr"));
-    files.filter_map(|file| Some((below(&file)?, desk.read(&file)))).collect()
+    let files = sandbox.files().into_iter().filter(|file| file.ends_with(".png") || file.ends_with(".exr"));
+    files.filter_map(|file| Some((below(&file)?, sandbox.read(&file)))).collect()
 }
 
-fn strays(desk: &Desk) -> Vec<String> {
-    desk.files().into_iter().filter(|file| file.contains(".anim-tmp")).collect()
+fn strays(sandbox: &Sandbox) -> Vec<String> {
+    sandbox.files().into_iter().filter(|file| file.contains(".anim-tmp")).collect()
 }
 
 #[test]
 fn a_second_run_renders_nothing_and_equal_frames_are_rendered_once() {
-    let desk = desk();
+    let sandbox = sandbox();
     let all = FRAMES as usize;
-    expect(desk.anim("a.rhai -o out --stats json"), DIFFERENT, all - DIFFERENT, 0);
-    let first = pictures(&desk, "out/");
+    expect(sandbox.anim("a.rhai -o out --stats json"), DIFFERENT, all - DIFFERENT, 0);
+    let first = pictures(&sandbox, "out/");
     assert_eq!(first.len(), all);
-    expect(desk.anim("a.rhai -o out --stats json"), 0, 0, all);
+    expect(sandbox.anim("a.rhai -o out --stats json"), 0, 0, all);
     // Without the manifest the frames speak for themselves.
-    std::fs::remove_file(desk.path("out/.anim-manifest.jsonl")).unwrap();
-    expect(desk.anim("a.rhai -o out --stats json"), 0, 0, all);
+    std::fs::remove_file(sandbox.path("out/.anim-manifest.jsonl")).unwrap();
+    expect(sandbox.anim("a.rhai -o out --stats json"), 0, 0, all);
     // A copy is what a fresh run writes, from the file of another frame too.
-    std::fs::remove_file(desk.path("out/a.0011.png")).unwrap();
-    expect(desk.anim("a.rhai -o out --stats json"), 0, 1, all - 1);
+    std::fs::remove_file(sandbox.path("out/a.0011.png")).unwrap();
+    expect(sandbox.anim("a.rhai -o out --stats json"), 0, 1, all - 1);
     for frame in 1..=FRAMES {
-        desk.anim(&format!("a.rhai -o alone --frames {frame} --threads 1")).ok();
+        sandbox.anim(&format!("a.rhai -o alone --frames {frame} --threads 1")).ok();
     }
-    assert_eq!(pictures(&desk, "alone/"), first);
-    assert_eq!(pictures(&desk, "out/"), first);
-    expect(desk.anim("a.rhai -o out --stats json --force"), DIFFERENT, all - DIFFERENT, 0);
-    assert_eq!(pictures(&desk, "out/"), first);
+    assert_eq!(pictures(&sandbox, "alone/"), first);
+    assert_eq!(pictures(&sandbox, "out/"), first);
+    expect(sandbox.anim("a.rhai -o out --stats json --force"), DIFFERENT, all - DIFFERENT, 0);
+    assert_eq!(pictures(&sandbox, "out/"), first);
 }
 
 #[test]
 fn only_what_an_edit_changes_is_rendered_again() {
-    let desk = desk();
+    let sandbox = sandbox();
     let all = FRAMES as usize;
-    desk.anim("a.rhai -o out").ok();
+    sandbox.anim("a.rhai -o out").ok();
     let after = |scene: &str, script: &str, rendered: usize, copied: usize| {
-        desk.write("a.ron", scene).write("a.rhai", script);
-        expect(desk.anim("a.rhai -o out --stats json"), rendered, copied, all - rendered - copied);
-        desk.anim("a.rhai -o fresh --force").ok();
-        assert_eq!(pictures(&desk, "out/"), pictures(&desk, "fresh/"));
-        desk.write("a.ron", SCENE).write("a.rhai", SCRIPT);
-        desk.anim("a.rhai -o out").ok();
+        sandbox.write("a.ron", scene).write("a.rhai", script);
+        expect(sandbox.anim("a.rhai -o out --stats json"), rendered, copied, all - rendered - copied);
+        sandbox.anim("a.rhai -o fresh --force").ok();
+        assert_eq!(pictures(&sandbox, "out/"), pictures(&sandbox, "fresh/"));
+        sandbox.write("a.ron", SCENE).write("a.rhai", SCRIPT);
+        sandbox.anim("a.rhai -o out").ok();
     };
     // Another form of the same scene, and of the same script.
     let reformatted = SCENE.replace("    ", " ").replace("samples: 1", "samples: 1 /* few */").replace("0.8,", "0.80,");
@@ -111,15 +111,15 @@ fn only_what_an_edit_changes_is_rendered_again() {
 
 #[test]
 fn a_plan_says_what_is_there_and_what_changes() {
-    let desk = desk();
+    let sandbox = sandbox();
     let plan = || -> Vec<serde_json::Value> {
-        let run = desk.anim("plan a.rhai -o out --json").ok();
+        let run = sandbox.anim("plan a.rhai -o out --json").ok();
         run.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     };
     let states = || -> Vec<String> { plan().iter().map(|v| v["state"].as_str().unwrap().to_string()).collect() };
     assert!(states().iter().all(|state| state == "missing"));
-    assert!(!desk.exists("out"));
-    desk.anim("a.rhai -o out").ok();
+    assert!(!sandbox.exists("out"));
+    sandbox.anim("a.rhai -o out").ok();
     assert!(states().iter().all(|state| state == "done"));
     let frames = plan();
     assert_eq!(frames[0]["changed"], serde_json::Value::Null);
@@ -128,90 +128,90 @@ fn a_plan_says_what_is_there_and_what_changes() {
     assert!(seventh.contains(&"geometry".into()) && seventh.contains(&"transforms".into()), "{seventh:?}");
     assert_eq!(frames[11]["same_as"], 9);
     assert_eq!(frames[11]["hash"], frames[8]["hash"]);
-    desk.write("out/a.0002.png", "junk");
-    let half = desk.read("out/a.0003.png")[..300].to_vec();
-    desk.write("out/a.0003.png", half);
-    let mut flipped = desk.read("out/a.0004.png");
+    sandbox.write("out/a.0002.png", "junk");
+    let half = sandbox.read("out/a.0003.png")[..300].to_vec();
+    sandbox.write("out/a.0003.png", half);
+    let mut flipped = sandbox.read("out/a.0004.png");
     *flipped.last_mut().unwrap() ^= 1;
-    desk.write("out/a.0004.png", flipped);
-    let other = desk.read("out/a.0001.png");
-    desk.write("out/a.0005.png", other);
+    sandbox.write("out/a.0004.png", flipped);
+    let other = sandbox.read("out/a.0001.png");
+    sandbox.write("out/a.0005.png", other);
     let found = states();
     assert_eq!(found[..6], ["done", "corrupt", "corrupt", "corrupt", "stale", "done"].map(String::from));
-    let table = desk.anim("plan a.rhai -o out").ok().stdout;
+    let table = sandbox.anim("plan a.rhai -o out").ok().stdout;
     assert!(table.contains("8 done, 1 stale, 3 corrupt; 4 to trace"), "{table}");
-    expect(desk.anim("a.rhai -o out --stats json"), 4, 0, 8);
-    desk.anim("a.rhai -o fresh").ok();
-    assert_eq!(pictures(&desk, "out/"), pictures(&desk, "fresh/"));
+    expect(sandbox.anim("a.rhai -o out --stats json"), 4, 0, 8);
+    sandbox.anim("a.rhai -o fresh").ok();
+    assert_eq!(pictures(&sandbox, "out/"), pictures(&sandbox, "fresh/"));
 }
 
 #[test]
 fn exr_frames_are_kept_copied_and_redone_as_png_frames_are() {
-    let desk = desk();
+    let sandbox = sandbox();
     let all = FRAMES as usize;
-    let run = |folder: &str| desk.anim(&format!("a.rhai -o {folder}/f.####.exr --stats json --aovs depth"));
+    let run = |folder: &str| sandbox.anim(&format!("a.rhai -o {folder}/f.####.exr --stats json --aovs depth"));
     expect(run("out"), DIFFERENT, all - DIFFERENT, 0);
-    let first = pictures(&desk, "out/");
+    let first = pictures(&sandbox, "out/");
     for manifest in [true, false] {
         if !manifest {
-            std::fs::remove_file(desk.path("out/.anim-manifest.jsonl")).unwrap();
+            std::fs::remove_file(sandbox.path("out/.anim-manifest.jsonl")).unwrap();
         }
-        std::fs::remove_file(desk.path("out/f.0011.exr")).unwrap();
+        std::fs::remove_file(sandbox.path("out/f.0011.exr")).unwrap();
         let half = first["f.0002.exr"][..first["f.0002.exr"].len() / 2].to_vec();
-        desk.write("out/f.0002.exr", half);
-        desk.write("out/f.0003.exr", "");
-        desk.write("out/f.0004.exr", first["f.0005.exr"].clone());
-        desk.write("out/f.0012.exr", "not a picture");
+        sandbox.write("out/f.0002.exr", half);
+        sandbox.write("out/f.0003.exr", "");
+        sandbox.write("out/f.0004.exr", first["f.0005.exr"].clone());
+        sandbox.write("out/f.0012.exr", "not a picture");
         expect(run("out"), 3, 2, all - 5);
-        assert_eq!(pictures(&desk, "out/"), first);
+        assert_eq!(pictures(&sandbox, "out/"), first);
     }
     for frame in 9..=FRAMES {
-        desk.anim(&format!("a.rhai -o alone/f.####.exr --frames {frame} --threads 1 --aovs depth")).ok();
+        sandbox.anim(&format!("a.rhai -o alone/f.####.exr --frames {frame} --threads 1 --aovs depth")).ok();
     }
-    assert!(pictures(&desk, "alone/").iter().all(|(name, bytes)| first[name] == *bytes));
+    assert!(pictures(&sandbox, "alone/").iter().all(|(name, bytes)| first[name] == *bytes));
 }
 
 #[test]
 fn a_still_is_kept_too() {
-    let desk = desk();
-    expect(desk.anim("a.ron -o x.png --stats json"), 1, 0, 0);
-    expect(desk.anim("a.ron -o x.png --stats json"), 0, 0, 1);
-    expect(desk.anim("a.ron -o x.png --stats json --size 20x10"), 1, 0, 0);
-    desk.write("x.png", "another picture");
-    expect(desk.anim("a.ron -o x.png --stats json"), 1, 0, 0);
-    assert_eq!(desk.files(), ["a.rhai", "a.ron", "x.png"]);
+    let sandbox = sandbox();
+    expect(sandbox.anim("a.ron -o x.png --stats json"), 1, 0, 0);
+    expect(sandbox.anim("a.ron -o x.png --stats json"), 0, 0, 1);
+    expect(sandbox.anim("a.ron -o x.png --stats json --size 20x10"), 1, 0, 0);
+    sandbox.write("x.png", "another picture");
+    expect(sandbox.anim("a.ron -o x.png --stats json"), 1, 0, 0);
+    assert_eq!(sandbox.files(), ["a.rhai", "a.ron", "x.png"]);
 }
 
 #[test]
 fn a_mistake_in_one_frame_does_not_lose_the_others() {
-    let desk = desk();
-    desk.write("a.rhai", SCRIPT.replace("    if", "    if f.number == 7 { s.camera.fvo = 3; }\n    if"));
+    let sandbox = sandbox();
+    sandbox.write("a.rhai", SCRIPT.replace("    if", "    if f.number == 7 { s.camera.fvo = 3; }\n    if"));
     let said = ["a.rhai:4:", "frame 7", "fvo", "did you mean `fov`?"];
-    desk.anim("check a.rhai").fails(3, &said);
-    desk.anim("plan a.rhai -o out").fails(3, &said);
-    assert!(!desk.exists("out"));
-    desk.anim("a.rhai -o out").fails(4, &said);
-    assert_eq!(pictures(&desk, "out/").len(), 11);
-    assert!(!desk.exists("out/a.0007.png"));
-    desk.anim("a.rhai -o out --frames 7").fails(3, &said);
-    desk.write("a.rhai", SCRIPT);
-    expect(desk.anim("a.rhai -o out --stats json"), 1, 0, 11);
+    sandbox.anim("check a.rhai").fails(3, &said);
+    sandbox.anim("plan a.rhai -o out").fails(3, &said);
+    assert!(!sandbox.exists("out"));
+    sandbox.anim("a.rhai -o out").fails(4, &said);
+    assert_eq!(pictures(&sandbox, "out/").len(), 11);
+    assert!(!sandbox.exists("out/a.0007.png"));
+    sandbox.anim("a.rhai -o out --frames 7").fails(3, &said);
+    sandbox.write("a.rhai", SCRIPT);
+    expect(sandbox.anim("a.rhai -o out --stats json"), 1, 0, 11);
 }
 
 #[test]
 fn an_asset_that_goes_away_costs_the_frames_that_need_it() {
-    let desk = desk();
+    let sandbox = sandbox();
     let sky = "if f.number > 9 { s.render.environment = \"sky\"; }\n    if";
-    desk.write("a.rhai", SCRIPT.replacen("if", sky, 1));
-    desk.anim("a.rhai -o out").fails(4, &["sky", "in frame 10"]);
-    assert_eq!(pictures(&desk, "out/").len(), 9);
+    sandbox.write("a.rhai", SCRIPT.replacen("if", sky, 1));
+    sandbox.anim("a.rhai -o out").fails(4, &["sky", "in frame 10"]);
+    assert_eq!(pictures(&sandbox, "out/").len(), 9);
 }
 
 /// The program, started and left to itself.
-fn start(desk: &Desk, arguments: &str) -> Child {
+fn start(sandbox: &Sandbox, arguments: &str) -> Child {
     Command::new(env!("CARGO_BIN_EXE_anim"))
         .args(arguments.split_whitespace())
-        .current_dir(desk.path(""))
+        .current_dir(sandbox.path(""))
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
@@ -220,72 +220,72 @@ fn start(desk: &Desk, arguments: &str) -> Child {
 
 #[test]
 fn after_a_kill_exactly_the_missing_frames_are_rendered() {
-    let desk = desk();
-    desk.anim("a.rhai -o fresh").ok();
-    let fresh = pictures(&desk, "fresh/");
+    let sandbox = sandbox();
+    sandbox.anim("a.rhai -o fresh").ok();
+    let fresh = pictures(&sandbox, "fresh/");
     for wait in [5, 15, 30, 50, 80] {
-        let mut child = start(&desk, "a.rhai -o out");
+        let mut child = start(&sandbox, "a.rhai -o out");
         std::thread::sleep(Duration::from_millis(wait));
         child.kill().unwrap();
         child.wait().unwrap();
-        let there = pictures(&desk, "out/");
+        let there = pictures(&sandbox, "out/");
         for (name, bytes) in &there {
             assert!(fresh[name] == *bytes, "{name} is not whole");
         }
-        let run = desk.anim("a.rhai -o out --stats json").ok();
+        let run = sandbox.anim("a.rhai -o out --stats json").ok();
         assert_eq!(reuse(&run).get("cache").copied().unwrap_or(0), there.len());
-        assert_eq!(pictures(&desk, "out/"), fresh);
-        assert!(strays(&desk).is_empty());
-        std::fs::remove_dir_all(desk.path("out")).unwrap();
+        assert_eq!(pictures(&sandbox, "out/"), fresh);
+        assert!(strays(&sandbox).is_empty());
+        std::fs::remove_dir_all(sandbox.path("out")).unwrap();
     }
 }
 
 #[test]
 fn shards_at_once_in_one_folder_make_the_whole() {
-    let desk = desk();
-    desk.anim("a.rhai -o fresh").ok();
-    let children: Vec<Child> = (1..=3).map(|i| start(&desk, &format!("a.rhai -o out --shard {i}/3"))).collect();
+    let sandbox = sandbox();
+    sandbox.anim("a.rhai -o fresh").ok();
+    let children: Vec<Child> = (1..=3).map(|i| start(&sandbox, &format!("a.rhai -o out --shard {i}/3"))).collect();
     for mut child in children {
         assert!(child.wait().unwrap().success());
     }
-    assert_eq!(pictures(&desk, "out/"), pictures(&desk, "fresh/"));
-    expect(desk.anim("a.rhai -o out --stats json"), 0, 0, FRAMES as usize);
-    desk.anim("a.rhai --shard 0/3").fails(2, &["numbered from 1 to 3"]);
-    desk.anim("a.rhai --shard 3").fails(2, &["2/3"]);
+    assert_eq!(pictures(&sandbox, "out/"), pictures(&sandbox, "fresh/"));
+    expect(sandbox.anim("a.rhai -o out --stats json"), 0, 0, FRAMES as usize);
+    sandbox.anim("a.rhai --shard 0/3").fails(2, &["numbered from 1 to 3"]);
+    sandbox.anim("a.rhai --shard 3").fails(2, &["2/3"]);
 }
 
 #[test]
 fn two_runs_of_the_same_frames_do_each_other_no_harm() {
-    let desk = desk();
-    desk.anim("a.rhai -o fresh").ok();
-    let mut other = start(&desk, "a.rhai -o out --force");
-    desk.anim("a.rhai -o out").ok();
+    let sandbox = sandbox();
+    sandbox.anim("a.rhai -o fresh").ok();
+    let mut other = start(&sandbox, "a.rhai -o out --force");
+    sandbox.anim("a.rhai -o out").ok();
     assert!(other.wait().unwrap().success());
-    assert_eq!(pictures(&desk, "out/"), pictures(&desk, "fresh/"));
-    assert!(strays(&desk).is_empty());
-    expect(desk.anim("a.rhai -o out --stats json"), 0, 0, FRAMES as usize);
+    assert_eq!(pictures(&sandbox, "out/"), pictures(&sandbox, "fresh/"));
+    assert!(strays(&sandbox).is_empty());
+    expect(sandbox.anim("a.rhai -o out --stats json"), 0, 0, FRAMES as usize);
 }
 
 #[test]
 fn a_folder_that_cannot_be_written_to_is_found_out_before_the_first_frame_is_rendered() {
-    let desk = desk();
-    let run = desk.anim("a.rhai -o a.ron/frames/ --progress json --spp 4096 --size 4000x4000");
+    let sandbox = sandbox();
+    let run = sandbox.anim("a.rhai -o a.ron/frames/ --progress json --spp 4096 --size 4000x4000");
     let said = ["cannot write a.ron/frames/a.0001.png: "];
     let run = run.fails(5, &said);
     assert!(!run.stderr.contains(".anim-tmp") && !run.stderr.contains("done"), "{}", run.stderr);
-    assert_eq!(desk.files(), ["a.rhai", "a.ron"]);
+    assert_eq!(sandbox.files(), ["a.rhai", "a.ron"]);
 }
 
 #[test]
 fn a_frame_that_cannot_be_written_is_an_io_error_and_the_rest_is_whole() {
-    let desk = desk();
-    desk.anim("a.rhai -o fresh").ok();
-    std::fs::create_dir_all(desk.path("out/a.0005.png/in the way")).unwrap();
-    desk.anim("a.rhai -o out --threads 1").fails(5, &["a.0005.png"]);
-    for (name, bytes) in pictures(&desk, "out/") {
-        assert_eq!(bytes, pictures(&desk, "fresh/")[&name]);
+    let sandbox = sandbox();
+    sandbox.anim("a.rhai -o fresh").ok();
+    std::fs::create_dir_all(sandbox.path("out/a.0005.png/in the way")).unwrap();
+    sandbox.anim("a.rhai -o out --threads 1").fails(5, &["a.0005.png"]);
+    for (name, bytes) in pictures(&sandbox, "out/") {
+        assert_eq!(bytes, pictures(&sandbox, "fresh/")[&name]);
     }
-    std::fs::remove_dir_all(desk.path("out/a.0005.png")).unwrap();
-    desk.anim("a.rhai -o out").ok();
-    assert_eq!(pictures(&desk, "out/"), pictures(&desk, "fresh/"));
+    std::fs::remove_dir_all(sandbox.path("out/a.0005.png")).unwrap();
+    sandbox.anim("a.rhai -o out").ok();
+    assert_eq!(pictures(&sandbox, "out/"), pictures(&sandbox, "fresh/"));
 }

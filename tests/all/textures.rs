@@ -1,6 +1,6 @@
 //! Textures as a user meets them: files, mistakes in them, scripts, and pictures whose truth is known.
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
 /// A PNG of one colour.
 fn flat(width: u32, height: u32, color: [u8; 3]) -> Vec<u8> {
@@ -28,39 +28,39 @@ fn place_of(scene: &str, there: &str) -> String {
     format!("a.ron:4:{}: error", line.find(there).unwrap() + 1)
 }
 
-fn pixel(desk: &Desk, file: &str, x: u32, y: u32) -> [u8; 3] {
-    image::load_from_memory(&desk.read(file)).unwrap().to_rgb8().get_pixel(x, y).0
+fn pixel(sandbox: &Sandbox, file: &str, x: u32, y: u32) -> [u8; 3] {
+    image::load_from_memory(&sandbox.read(file)).unwrap().to_rgb8().get_pixel(x, y).0
 }
 
 /// What a picture of a colour shows is that colour, to the byte: decoded on the way in, encoded on the way out.
 #[test]
 fn colours_come_through() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     for format in ["png", "jpg"] {
         let kind = if format == "png" { image::ImageFormat::Png } else { image::ImageFormat::Jpeg };
         let picture = image::RgbImage::from_pixel(16, 16, image::Rgb([90, 90, 90]));
-        desk.write(&format!("a.{format}"), encoded(&picture, kind));
-        desk.write("scene.ron", wall(&format!("color_map: (image: \"a.{format}\")")));
-        desk.anim("scene.ron -o out.png").ok();
-        assert_eq!(pixel(&desk, "out.png", 3, 3), [90, 90, 90]);
+        sandbox.write(&format!("a.{format}"), encoded(&picture, kind));
+        sandbox.write("scene.ron", wall(&format!("color_map: (image: \"a.{format}\")")));
+        sandbox.anim("scene.ron -o out.png").ok();
+        assert_eq!(pixel(&sandbox, "out.png", 3, 3), [90, 90, 90]);
     }
-    desk.write("scene.ron", wall("color_map: (image: \"a.png\", encoding: Linear)"));
-    desk.anim("scene.ron -o out.png").ok();
-    assert!(pixel(&desk, "out.png", 3, 3)[0] > 150);
+    sandbox.write("scene.ron", wall("color_map: (image: \"a.png\", encoding: Linear)"));
+    sandbox.anim("scene.ron -o out.png").ok();
+    assert!(pixel(&sandbox, "out.png", 3, 3)[0] > 150);
 }
 
 #[test]
 fn broken_images_are_explained_at_their_place() {
     let mistake = |bytes: Option<Vec<u8>>, name: &str, said: &[&str]| {
-        let desk = Desk::new();
+        let sandbox = Sandbox::new();
         if let Some(bytes) = bytes {
-            desk.write(name, bytes);
+            sandbox.write(name, bytes);
         }
         let scene = wall(&format!("color_map: (image: \"{name}\")"));
         let place = place_of(&scene, &format!("\"{name}\""));
-        desk.write("a.ron", scene);
-        desk.anim("render a.ron -o out").fails(3, &[&[place.as_str()], said].concat());
-        desk.anim("check a.ron").fails(3, &[&[place.as_str()], said].concat());
+        sandbox.write("a.ron", scene);
+        sandbox.anim("render a.ron -o out").fails(3, &[&[place.as_str()], said].concat());
+        sandbox.anim("check a.ron").fails(3, &[&[place.as_str()], said].concat());
     };
     mistake(None, "gone.png", &["no such file"]);
     mistake(Some(b"junk".to_vec()), "a.png", &["known: PNG, JPEG, HDR"]);
@@ -85,10 +85,10 @@ fn broken_images_are_explained_at_their_place() {
 #[test]
 fn mistakes_inside_a_texture_have_their_place() {
     let mistake = |field: &str, there: &str, said: &str| {
-        let (desk, scene) = (Desk::new(), wall(field));
+        let (sandbox, scene) = (Sandbox::new(), wall(field));
         let place = place_of(&scene, there);
-        desk.write("a.ron", scene);
-        desk.anim("check a.ron").fails(3, &[&place, said]);
+        sandbox.write("a.ron", scene);
+        sandbox.anim("check a.ron").fails(3, &[&place, said]);
     };
     mistake("color_map: (patern: Checker)", "patern", "did you mean `pattern`?");
     mistake("color_map: (pattern: Cheker)", "Cheker", "`Checker`");
@@ -100,59 +100,59 @@ fn mistakes_inside_a_texture_have_their_place() {
 
 #[test]
 fn scripts_reach_textures_as_maps() {
-    let desk = Desk::new();
-    desk.write("white.png", flat(2, 2, [255; 3])).write("scene.ron", wall("color_map: (image: \"white.png\")"));
+    let sandbox = Sandbox::new();
+    sandbox.write("white.png", flat(2, 2, [255; 3])).write("scene.ron", wall("color_map: (image: \"white.png\")"));
     let script = r#"
         animation(#{ scene: "scene.ron", frames: 3 });
         fn frame(s, f) {
             if f.index == 1 { s.material("m").color_map.tint = [0, 0, 0]; }
             if f.index == 2 { s.material("m").color_map = #{ pattern: "Stripes", colors: [[1, 1, 1], [0, 0, 0]], scale: 0.001 }; }
         }"#;
-    desk.write("show.rhai", script);
-    desk.anim("show.rhai -o out").ok();
-    assert_eq!(pixel(&desk, "out/show.0001.png", 3, 3), [255; 3]);
-    assert_eq!(pixel(&desk, "out/show.0002.png", 3, 3), [0; 3]);
-    assert_eq!(pixel(&desk, "out/show.0003.png", 6, 3), [255; 3]);
-    desk.write("show.rhai", script.replace("tint =", "tnt ="));
-    desk.anim("show.rhai -o two").fails(4, &["show.rhai:4:"]);
-    desk.write("show.rhai", script.replace("tint = [0, 0, 0]", "image = \"whit.png\""));
-    desk.anim("show.rhai -o two").fails(4, &["frame 2", "did you mean `white.png`?", "`color_map` of material `m`"]);
+    sandbox.write("show.rhai", script);
+    sandbox.anim("show.rhai -o out").ok();
+    assert_eq!(pixel(&sandbox, "out/show.0001.png", 3, 3), [255; 3]);
+    assert_eq!(pixel(&sandbox, "out/show.0002.png", 3, 3), [0; 3]);
+    assert_eq!(pixel(&sandbox, "out/show.0003.png", 6, 3), [255; 3]);
+    sandbox.write("show.rhai", script.replace("tint =", "tnt ="));
+    sandbox.anim("show.rhai -o two").fails(4, &["show.rhai:4:"]);
+    sandbox.write("show.rhai", script.replace("tint = [0, 0, 0]", "image = \"whit.png\""));
+    sandbox.anim("show.rhai -o two").fails(4, &["frame 2", "did you mean `white.png`?", "`color_map` of material `m`"]);
 }
 
 #[test]
 fn pictures_surround_a_scene() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     // Left half red, right half blue: the middle is straight ahead (-z).
     let halves = image::RgbImage::from_fn(64, 32, |x, _| image::Rgb(if x < 32 { [200, 0, 0] } else { [0, 0, 200] }));
-    desk.write("sky.png", encoded(&halves, image::ImageFormat::Png));
+    sandbox.write("sky.png", encoded(&halves, image::ImageFormat::Png));
     let scene = |more: &str| {
         format!("(\n  camera: (from: (0, 0, 0), at: (0, 0, -1)),\n  render: (size: (16, 9), samples: 1, {more}),\n)")
     };
     let look = |more: &str, x: u32| {
-        desk.write("a.ron", scene(more));
-        desk.anim("a.ron -o out.png").ok();
-        pixel(&desk, "out.png", x, 4)
+        sandbox.write("a.ron", scene(more));
+        sandbox.anim("a.ron -o out.png").ok();
+        pixel(&sandbox, "out.png", x, 4)
     };
     assert_eq!((look("environment: \"sky.png\"", 2), look("environment: \"sky.png\"", 13)), ([200, 0, 0], [0, 0, 200]));
     assert_eq!(look("environment: \"sky.png\", environment_rotation: 180", 2), [0, 0, 200]);
     assert_eq!(look("environment: \"sky.png\", environment_intensity: 0", 2), [0; 3]);
     assert_eq!(look("sky: ((1, 1, 1), (1, 1, 1), (1, 1, 1))", 2), [255; 3]);
-    desk.write("a.ron", scene("environment: \"skye.png\""));
-    desk.anim("check a.ron").fails(3, &["a.ron:3:52: error", "did you mean `sky.png`?"]);
+    sandbox.write("a.ron", scene("environment: \"skye.png\""));
+    sandbox.anim("check a.ron").fails(3, &["a.ron:3:52: error", "did you mean `sky.png`?"]);
 }
 
 /// A texture is carried along by whatever moves its entity: a transform, or motion in time.
 #[test]
 fn textures_move_with_their_entity() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let look = |name: &str, moved: &str| {
         let scene = format!(
             "(camera: (from: (1, 1, 4), at: (1, 0, 0), shutter: (1, 1)), render: (size: (32, 24), samples: 1), \
              entities: [(aabox: (), {moved}, texture: (pattern: Marble, scale: 2)), (point_light: (position: (3, 4, 5)))])"
         );
-        desk.write("a.ron", scene);
-        desk.anim(&format!("a.ron -o {name}")).ok();
-        image::load_from_memory(&desk.read(name)).unwrap().to_rgb8()
+        sandbox.write("a.ron", scene);
+        sandbox.anim(&format!("a.ron -o {name}")).ok();
+        image::load_from_memory(&sandbox.read(name)).unwrap().to_rgb8()
     };
     let placed = look("placed.png", "transform: (translation: (1, 0, 0))");
     assert!(placed == look("moved.png", "motion: (displacement: (1, 0, 0))"));
@@ -162,18 +162,18 @@ fn textures_move_with_their_entity() {
 /// A scene with every kind of texture is the same to the byte however it is traced, and comes back as RON.
 #[test]
 fn textures_are_exact() {
-    let desk = Desk::new();
+    let sandbox = Sandbox::new();
     let picture = image::RgbImage::from_fn(37, 21, |x, y| image::Rgb([(x * 7) as u8, (y * 11) as u8, (x * y) as u8]));
-    desk.write("sub/a.png", encoded(&picture, image::ImageFormat::Png));
-    desk.write("scene.ron", EVERYTHING);
-    desk.anim("scene.ron -o one.png --threads 1").ok();
+    sandbox.write("sub/a.png", encoded(&picture, image::ImageFormat::Png));
+    sandbox.write("scene.ron", EVERYTHING);
+    sandbox.anim("scene.ron -o one.png --threads 1").ok();
     for other in ["--threads 3", "--accel brute", "--accel grid", "--accel bvh"] {
-        desk.anim(&format!("scene.ron -o two.png {other}")).ok();
-        assert!(desk.read("one.png") == desk.read("two.png"), "{other}");
+        sandbox.anim(&format!("scene.ron -o two.png {other}")).ok();
+        assert!(sandbox.read("one.png") == sandbox.read("two.png"), "{other}");
     }
-    desk.anim("convert scene.ron -o sub/again.ron").ok();
-    desk.anim("sub/again.ron -o two.png --threads 1").ok();
-    let pixels = |name| image::load_from_memory(&desk.read(name)).unwrap().to_rgb8();
+    sandbox.anim("convert scene.ron -o sub/again.ron").ok();
+    sandbox.anim("sub/again.ron -o two.png --threads 1").ok();
+    let pixels = |name| image::load_from_memory(&sandbox.read(name)).unwrap().to_rgb8();
     assert!(pixels("one.png") == pixels("two.png"));
 }
 

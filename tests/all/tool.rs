@@ -6,7 +6,7 @@ use std::process::Command;
 use tempfile::TempDir;
 
 /// A folder with a few files in it, gone when dropped.
-pub struct Desk {
+pub struct Sandbox {
     folder: TempDir,
 }
 
@@ -17,9 +17,9 @@ pub struct Run {
     pub stderr: String,
 }
 
-impl Desk {
+impl Sandbox {
     pub fn new() -> Self {
-        Desk { folder: TempDir::new().unwrap() }
+        Sandbox { folder: TempDir::new().unwrap() }
     }
 
     pub fn path(&self, name: &str) -> PathBuf {

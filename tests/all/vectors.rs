@@ -3,21 +3,21 @@
 use exr::prelude::read_all_data_from_file;
 use glam::{DMat3, DVec2, DVec3};
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
 const SIZE: [usize; 2] = [40, 30];
 
 /// Values of a channel of frame `frame`, rendered into a folder.
-fn channel(desk: &Desk, folder: &str, frame: u32, name: &str) -> Vec<f32> {
-    let image = read_all_data_from_file(desk.path(&format!("{folder}/f.{frame:04}.exr"))).unwrap();
+fn channel(sandbox: &Sandbox, folder: &str, frame: u32, name: &str) -> Vec<f32> {
+    let image = read_all_data_from_file(sandbox.path(&format!("{folder}/f.{frame:04}.exr"))).unwrap();
     let list = &image.layer_data[0].channel_data.list;
     let found = list.iter().find(|c| c.name.eq(name)).unwrap_or_else(|| panic!("{name}"));
     found.sample_data.levels_as_slice()[0].values_as_f32().collect()
 }
 
 /// The pixels of a frame: number of the entity, place in the world, motion.
-fn pixels(desk: &Desk, folder: &str, frame: u32) -> Vec<(f32, DVec3, DVec2)> {
-    let of = |name: &str| channel(desk, folder, frame, name);
+fn pixels(sandbox: &Sandbox, folder: &str, frame: u32) -> Vec<(f32, DVec3, DVec2)> {
+    let of = |name: &str| channel(sandbox, folder, frame, name);
     let (id, place) = (of("entityId"), ["P.X", "P.Y", "P.Z"].map(of));
     let motion = ["motion.X", "motion.Y"].map(of);
     let axis = |columns: &[Vec<f32>], axis: usize, i: usize| f64::from(columns[axis][i]);
@@ -26,19 +26,19 @@ fn pixels(desk: &Desk, folder: &str, frame: u32) -> Vec<(f32, DVec3, DVec2)> {
 }
 
 /// A scene whose frames are made by a script.
-fn desk(header: &str, camera: &str, entities: &str, frame: &str) -> Desk {
-    let desk = Desk::new();
+fn sandbox(header: &str, camera: &str, entities: &str, frame: &str) -> Sandbox {
+    let sandbox = Sandbox::new();
     let scene = format!(
         "(camera: ({camera}),
           render: (size: ({}, {}), samples: 1, aovs: [Motion, Position, Entity]), entities: [{entities}])",
         SIZE[0], SIZE[1]
     );
-    desk.write("f.ron", scene).write(
+    sandbox.write("f.ron", scene).write(
         "f.rhai",
         format!("animation(#{{ scene: \"f.ron\", {header} }});\nfn frame(s, f) {{ let n = f.number; {frame} }}"),
     );
-    desk.anim("f.rhai -o out/f.####.exr").ok();
-    desk
+    sandbox.anim("f.rhai -o out/f.####.exr").ok();
+    sandbox
 }
 
 /// Where a point is in a picture, in pixels from the bottom left, as a textbook has it.
@@ -53,7 +53,7 @@ fn project(from: DVec3, at: DVec3, fov: f64, point: DVec3) -> DVec2 {
 /// Camera, its field of view and a pivot all move; a ball stands in the space of the pivot, a box does not move.
 #[test]
 fn every_pixel_points_from_where_its_surface_was() {
-    let desk = desk(
+    let sandbox = sandbox(
         "frames: 3",
         "",
         r#"(name: "pivot", transform: ()),
@@ -75,7 +75,7 @@ fn every_pixel_points_from_where_its_surface_was() {
     };
     let (mut on_ball, mut on_box) = (0, 0);
     for (frame, n) in [(2, 2.0), (3, 3.0)] {
-        for (id, point, motion) in pixels(&desk, "out", frame) {
+        for (id, point, motion) in pixels(&sandbox, "out", frame) {
             let was = if id == 2.0 { placed(n - 1.0, local(n, point)) } else { point };
             let expected = if id == 0.0 { DVec2::ZERO } else { seen(n, point) - seen(n - 1.0, was) };
             assert!((motion - expected).length() < 2e-3, "{id} {point}: {motion} instead of {expected}");
@@ -84,7 +84,7 @@ fn every_pixel_points_from_where_its_surface_was() {
         }
     }
     assert!(on_ball > 60 && on_box > 200, "{on_ball} {on_box}");
-    assert!(pixels(&desk, "out", 1).iter().all(|(_, _, motion)| *motion == DVec2::ZERO));
+    assert!(pixels(&sandbox, "out", 1).iter().all(|(_, _, motion)| *motion == DVec2::ZERO));
 }
 
 const AFAR: &str = "from: (0.0, 0.0, 1000.0), at: (0.0, 0.0, 0.0), fov: 0.17188727";
@@ -97,14 +97,14 @@ fn the_picture_moves_by_the_vectors() {
     let open = "s.camera.shutter = [0.0, 0.5]; s.camera.aperture = 0.3; s.render.samples = 16;";
     for shutter in ["", open] {
         let script = format!("s.get(\"ball\").translation = [1.0 - 0.5 * (n + f.t), 0.3 * (n + f.t), 0.0]; {shutter}");
-        let desk = desk("frames: 2", AFAR, ball, &script);
+        let sandbox = sandbox("frames: 2", AFAR, ball, &script);
         let mean = |of: &[DVec2]| of.iter().sum::<DVec2>() / of.len() as f64;
         let centre = |frame: u32| {
-            let pixels = pixels(&desk, "out", frame);
+            let pixels = pixels(&sandbox, "out", frame);
             let place = |i: usize| DVec2::new((i % SIZE[0]) as f64, -((i / SIZE[0]) as f64));
             mean(&(0..pixels.len()).filter(|i| pixels[*i].0 == 1.0).map(place).collect::<Vec<_>>())
         };
-        let moved: Vec<DVec2> = pixels(&desk, "out", 2).iter().filter(|p| p.0 == 1.0).map(|p| p.2).collect();
+        let moved: Vec<DVec2> = pixels(&sandbox, "out", 2).iter().filter(|p| p.0 == 1.0).map(|p| p.2).collect();
         let by = centre(2) - centre(1);
         assert!(moved.len() > 50 && (mean(&moved) - by).length() < 0.4, "{} {by}", mean(&moved));
         // A clip of two frames: t is 0, then 1; inside the shutter it goes on from 0 and stays at 1.
@@ -125,8 +125,8 @@ fn the_first_frame_of_a_loop_follows_the_last() {
     let ball = r#"(name: "ball", sphere: (radius: 0.5), transform: ())"#;
     let script = "s.get(\"ball\").translation = [0.2 * n, 0.0, 0.0];";
     for (header, expected) in [("frames: 3, mode: \"loop\"", -4.0), ("frames: 3", 0.0)] {
-        let desk = desk(header, AFAR, ball, script);
-        let moved: Vec<DVec2> = pixels(&desk, "out", 1).iter().filter(|p| p.0 == 1.0).map(|p| p.2).collect();
+        let sandbox = sandbox(header, AFAR, ball, script);
+        let moved: Vec<DVec2> = pixels(&sandbox, "out", 1).iter().filter(|p| p.0 == 1.0).map(|p| p.2).collect();
         assert!(moved.len() > 50 && moved.iter().all(|m| (m.x - expected).abs() < 0.02 && m.y.abs() < 0.02));
     }
 }
@@ -141,9 +141,9 @@ fn what_was_not_there_before_has_not_moved() {
     };
     let late = r#"(name: "late", sphere: (radius: 0.3), transform: (translation: (0.0, 1.0, 0.0)))"#;
     for (name, expected) in [("\"same\"", 2.0), ("\"other\" + n", 0.0)] {
-        let desk = desk("frames: 2", AFAR, late, &script(name));
+        let sandbox = sandbox("frames: 2", AFAR, late, &script(name));
         let of =
-            |id: f32| -> Vec<DVec2> { pixels(&desk, "out", 2).iter().filter(|p| p.0 == id).map(|p| p.2).collect() };
+            |id: f32| -> Vec<DVec2> { pixels(&sandbox, "out", 2).iter().filter(|p| p.0 == id).map(|p| p.2).collect() };
         assert!(of(1.0).len() > 20 && of(1.0).iter().all(|m| *m == DVec2::ZERO));
         assert!(of(2.0).len() > 50 && of(2.0).iter().all(|m| (m.x - expected).abs() < 0.02), "{:?}", of(2.0));
     }
@@ -155,19 +155,19 @@ fn bytes_do_not_depend_on_threads_order_or_what_was_there() {
         (name: "lamp", point_light: (position: (1.0, 5.0, 3.0)))"#;
     let script = "s.render.samples = 9; let a = s.get(\"a\"); a.yaw = 15.0 * (if n == 3 { 2 } else { n });
         a.translation.x = 0.3 * f.t; s.get(\"lamp\").color = [1, f.t, 0]; if n == 4 { s.camera.shutter = [0, 0.5]; }";
-    let desk = desk("frames: 4, mode: \"loop\"", "from: (0.0, 2.0, 5.0)", entities, script);
-    let files = |folder: &str| [1, 2, 3, 4].map(|n| desk.read(&format!("{folder}/f.{n:04}.exr")));
+    let sandbox = sandbox("frames: 4, mode: \"loop\"", "from: (0.0, 2.0, 5.0)", entities, script);
+    let files = |folder: &str| [1, 2, 3, 4].map(|n| sandbox.read(&format!("{folder}/f.{n:04}.exr")));
     let all = files("out");
-    desk.anim("f.rhai -o one/f.####.exr --threads 1 --accel brute --no-reuse").ok();
-    desk.anim("f.rhai -o two/f.####.exr --threads 3 --frames 4,2").ok();
-    desk.anim("f.rhai -o two/f.####.exr --frames 3,1").ok();
+    sandbox.anim("f.rhai -o one/f.####.exr --threads 1 --accel brute --no-reuse").ok();
+    sandbox.anim("f.rhai -o two/f.####.exr --threads 3 --frames 4,2").ok();
+    sandbox.anim("f.rhai -o two/f.####.exr --frames 3,1").ok();
     assert!(files("one") == all && files("two") == all);
     // Only the first frame's own numbers change: the second is another one too.
     let changed =
-        String::from_utf8(desk.read("f.rhai")).unwrap().replace("15.0 *", "(if n == 1 { 9.0 } else { 15.0 }) *");
-    desk.write("f.rhai", changed);
-    desk.anim("f.rhai -o out/f.####.exr").ok();
-    desk.anim("f.rhai -o fresh/f.####.exr --no-reuse").ok();
+        String::from_utf8(sandbox.read("f.rhai")).unwrap().replace("15.0 *", "(if n == 1 { 9.0 } else { 15.0 }) *");
+    sandbox.write("f.rhai", changed);
+    sandbox.anim("f.rhai -o out/f.####.exr").ok();
+    sandbox.anim("f.rhai -o fresh/f.####.exr --no-reuse").ok();
     let now = files("out");
     assert!(now == files("fresh"));
     assert_eq!([0, 1, 2, 3].map(|i| now[i] == all[i]), [false, false, true, true]);

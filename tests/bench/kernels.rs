@@ -4,11 +4,11 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use anim::components::{Accel, MeshData};
-use anim::trace::geometry::Geometry;
-use anim::trace::sampler::{Domain, Node, Sampler};
-use anim::trace::shapes::{self, Probe};
+use anim::trace::accel::{Accelerator, TraversalScratch};
+use anim::trace::primitive::{Geometry, PreparedRay, Tag, shapes};
+use anim::trace::sampler::{Domain, RayNode, Sampler};
 use anim::trace::simd::V3;
-use anim::trace::{Accelerator, Hits, Ray, Rays, Tag, Worker};
+use anim::trace::soa::{Hits, Ray, Rays};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DAffine3, Vec3};
 
@@ -50,17 +50,19 @@ fn camera_rays(side: u32) -> Rays {
 }
 
 fn single_tests(c: &mut Criterion) {
-    let probe = Probe::new(Vec3::new(0.1, 0.2, 3.0), Vec3::new(0.05, -0.02, -1.0).normalize());
+    let probe = PreparedRay::new(Vec3::new(0.1, 0.2, 3.0), Vec3::new(0.05, -0.02, -1.0).normalize());
     let beam = probe.beam::<f32>();
-    c.bench_function("sphere", |b| b.iter(|| shapes::sphere::<f32>(&beam, V3::splat(black_box(Vec3::ZERO)), 1.0)));
+    c.bench_function("sphere", |b| {
+        b.iter(|| shapes::intersect_sphere::<f32>(&beam, V3::splat(black_box(Vec3::ZERO)), 1.0))
+    });
     let corners = [Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, -1.0, 0.1), Vec3::new(0.0, 1.0, -0.1)];
     let corners = corners.map(|p| V3::splat(probe.turned(p)));
     c.bench_function("triangle", |b| {
-        b.iter(|| shapes::triangle::<f32>(&beam, black_box(corners)).map(|hits| (hits.t, hits.hit)));
+        b.iter(|| shapes::intersect_triangle::<f32>(&beam, black_box(corners)).map(|hits| (hits.t, hits.hit)));
     });
     let sampler = Sampler::new(1, 2, 4);
     c.bench_function("stratified point", |b| {
-        b.iter(|| black_box(&sampler).stratified(Node::CAMERA, Domain::Light(0)));
+        b.iter(|| black_box(&sampler).stratified(RayNode::CAMERA, Domain::Light(0)));
     });
 }
 
@@ -71,14 +73,14 @@ fn walks(c: &mut Criterion) {
     group.throughput(Throughput::Elements(rays.len() as u64)).sample_size(20);
     for choice in [Accel::Grid, Accel::Bvh] {
         let accelerator = Accelerator::build(&geometry, choice, 1.0);
-        let mut worker = Worker::default();
+        let mut scratch = TraversalScratch::default();
         group.bench_function(format!("{}, one by one", accelerator.name()), |b| {
-            b.iter(|| rays.iter().filter(|ray| accelerator.closest(&geometry, ray, &mut worker).is_some()).count());
+            b.iter(|| rays.iter().filter(|ray| accelerator.closest(&geometry, ray, &mut scratch).is_some()).count());
         });
         let mut hits = Hits::default();
         group.bench_function(format!("{}, together", accelerator.name()), |b| {
             b.iter(|| {
-                accelerator.closest_all(&geometry, &rays, &mut worker, &mut hits);
+                accelerator.closest_all(&geometry, &rays, &mut scratch, &mut hits);
                 hits.found_count()
             });
         });

@@ -10,8 +10,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anim::components::{Accel, MeshData};
-use anim::trace::geometry::Geometry;
-use anim::trace::{Accelerator, Hits, Ray, Rays, Tag, Worker};
+use anim::trace::accel::{Accelerator, TraversalScratch};
+use anim::trace::primitive::{Geometry, Tag};
+use anim::trace::soa::{Hits, Ray, Rays};
 use clap::{Parser, ValueEnum};
 use glam::{DAffine3, Vec3};
 use rayon::prelude::*;
@@ -139,27 +140,27 @@ fn main() {
     let accelerator = build();
     let rays = rays(&args.rays);
     let run = |rays: &Rays| -> (usize, u64, u64) {
-        let mut worker = Worker::default();
+        let mut scratch = TraversalScratch::default();
         let mut hits = 0;
         match (args.query, args.single) {
             (Query::Closest, false) => {
                 let mut found = Hits::default();
-                accelerator.closest_all(&geometry, rays, &mut worker, &mut found);
+                accelerator.closest_all(&geometry, rays, &mut scratch, &mut found);
                 hits += found.found_count() as usize;
             }
             (Query::Any, false) => {
                 let mut blocked = Vec::new();
-                accelerator.occluded_all(&geometry, rays, &mut worker, &mut blocked);
+                accelerator.occluded_all(&geometry, rays, &mut scratch, &mut blocked);
                 hits += blocked.iter().filter(|blocked| **blocked).count();
             }
             (Query::Closest, true) => rays.iter().for_each(|ray| {
-                hits += usize::from(accelerator.closest(&geometry, &ray, &mut worker).is_some());
+                hits += usize::from(accelerator.closest(&geometry, &ray, &mut scratch).is_some());
             }),
             (Query::Any, true) => rays.iter().for_each(|ray| {
-                hits += usize::from(accelerator.occluded(&geometry, &ray, &mut worker));
+                hits += usize::from(accelerator.occluded(&geometry, &ray, &mut scratch));
             }),
         }
-        (hits, worker.counters.steps, worker.counters.intersection_tests)
+        (hits, scratch.counters.steps, scratch.counters.intersection_tests)
     };
     let once = || -> (usize, u64, u64) {
         let sum = |a: (usize, u64, u64), b: (usize, u64, u64)| (a.0 + b.0, a.1 + b.1, a.2 + b.2);

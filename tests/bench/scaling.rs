@@ -5,7 +5,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use anim::components::{Bag, Camera, Integrator, Material, Mesh, MeshData, PointLight, Render, Scene};
+use anim::components::{Camera, EntityDesc, Integrator, Material, Mesh, MeshData, PointLight, Render, Scene};
 use anim::systems;
 use clap::Parser;
 use glam::{DVec3, Vec3};
@@ -38,9 +38,9 @@ fn hills(triangles: usize) -> MeshData {
 }
 
 fn scene(triangles: usize, size: [u32; 2], samples: u32) -> Scene {
-    let mut ground = Bag::default();
+    let mut ground = EntityDesc::default();
     ground.put(Mesh { data: Arc::new(hills(triangles)), ..Mesh::default() }.into());
-    let mut lamp = Bag::default();
+    let mut lamp = EntityDesc::default();
     lamp.put(PointLight { position: DVec3::new(4.0, 6.0, 3.0), ..PointLight::default() }.into());
     Scene {
         camera: Camera { from: DVec3::new(0.0, 2.5, 6.0), ..Camera::default() },

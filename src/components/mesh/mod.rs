@@ -44,14 +44,7 @@ pub struct Mesh {
 
 impl Default for Mesh {
     fn default() -> Self {
-        Mesh {
-            file: None,
-            group: None,
-            smooth: None,
-            crease_angle: None,
-            file_materials: true,
-            data: Arc::default(),
-        }
+        Mesh { file: None, group: None, smooth: None, crease_angle: None, file_materials: true, data: Arc::default() }
     }
 }
 

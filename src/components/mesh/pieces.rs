@@ -277,7 +277,8 @@ mod tests {
     #[test]
     fn normals_are_joined_over_the_borders_of_materials_and_groups() {
         let smooth = Mesh { smooth: Some(true), ..mesh(strip()) };
-        let data = MeshData { materials: vec![set("red", &[[2, 4]])], groups: vec![set("right", &[[2, 4]])], ..strip() };
+        let data =
+            MeshData { materials: vec![set("red", &[[2, 4]])], groups: vec![set("right", &[[2, 4]])], ..strip() };
         let divided = Mesh { smooth: Some(true), ..mesh(data) };
         assert_eq!(normals(&divided), normals(&smooth));
         assert_eq!(normals(&Mesh { group: Some("right".into()), ..divided }), normals(&smooth)[2..]);

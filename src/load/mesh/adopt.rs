@@ -215,7 +215,7 @@ fn complete(scene: &mut Scene, brought: &Brought, warnings: &mut Vec<Diagnostic>
         let Some(file) = &texture.image else { continue };
         let colored = matches!(slot, Slot::Color | Slot::Specular);
         let decoded = texture.decodes(colored && curved);
-        let picture = match image::fetch(&mut scene.pictures, &scene.base, file, decoded) {
+        let picture = match image::fetch(&mut scene.images, &scene.base, file, decoded) {
             Ok(picture) => picture,
             Err(problem) => {
                 let message = format!("{}: {}", warning.message, problem.message);
@@ -245,7 +245,7 @@ fn complete(scene: &mut Scene, brought: &Brought, warnings: &mut Vec<Diagnostic>
 }
 
 /// Whether a picture is of normals, as many that are called bump maps are: on the whole they point outwards, blue.
-fn is_of_normals(picture: &Picture) -> bool {
+fn is_of_normals(picture: &MipMap) -> bool {
     let mean = picture.levels.last().map(|level| level.texel(0, 0)).unwrap_or_default();
     let is_middle = |x: f32| (0.4..0.6).contains(&x);
     is_middle(mean.x) && is_middle(mean.y) && mean.z > 0.75

@@ -110,7 +110,9 @@ pub fn load(base: &Path, file: &str, decoded: bool) -> Result<Loaded, Diagnostic
     let bytes = files::read_bytes(&path, limits::MESH_FILE_BYTES)?;
     let source = Source { file: &shown, bytes: &bytes };
     if bytes.starts_with(b"version https://git-lfs") {
-        return Err(source.whole("this is a pointer of Git LFS, not the file itself").help("fetch it with `git lfs pull`"));
+        return Err(source
+            .whole("this is a pointer of Git LFS, not the file itself")
+            .help("fetch it with `git lfs pull`"));
     }
     let mut notes = Notes::default();
     let (mut materials, mut material_notes) = (Vec::new(), Notes::default());

@@ -96,7 +96,8 @@ mod tests {
 
     /// Sum of the triangles' areas, and length of their summed normals: equal if none is turned over or overlaps.
     fn areas(points: &[DVec3]) -> (f64, f64) {
-        let normals = all(points).into_iter().map(|[a, b, c]| (points[b] - points[a]).cross(points[c] - points[a]) / 2.0);
+        let normals =
+            all(points).into_iter().map(|[a, b, c]| (points[b] - points[a]).cross(points[c] - points[a]) / 2.0);
         let normals: Vec<DVec3> = normals.collect();
         (normals.iter().map(|n| n.length()).sum(), normals.iter().sum::<DVec3>().length())
     }

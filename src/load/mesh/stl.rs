@@ -169,7 +169,8 @@ fn text(source: Source, notes: &mut Notes) -> Result<MeshData, Diagnostic> {
             }
             "" | "outer" | "endloop" => {}
             _ => notes.add(&word, || {
-                let message = format!("`{}` is no word of an STL file; the line is skipped", source.short(start, cursor.at));
+                let message =
+                    format!("`{}` is no word of an STL file; the line is skipped", source.short(start, cursor.at));
                 source.error(start, cursor.at, message).into_warning()
             }),
         }
@@ -229,7 +230,10 @@ mod tests {
         }
         let facet = |t: &[[f32; 3]; 3]| {
             let corner = |p: &[f32; 3]| format!("vertex {} {} {}\r\n", p[0], p[1], p[2]);
-            format!("  facet normal 0 0 1\r\nouter loop\r\n{}endloop\nendfacet\n", t.iter().map(corner).collect::<String>())
+            format!(
+                "  facet normal 0 0 1\r\nouter loop\r\n{}endloop\nendfacet\n",
+                t.iter().map(corner).collect::<String>()
+            )
         };
         let text = format!("solid two words\n{}endsolid two words\n", SQUARE.iter().map(facet).collect::<String>());
         let (data, _) = read(text.as_bytes()).unwrap();

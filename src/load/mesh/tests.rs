@@ -96,7 +96,10 @@ fn ply_colours_texture_coordinates_and_doubles_are_read() {
     let data = read("b.ply", faces.as_bytes()).unwrap();
     assert_eq!((data.vertices.len(), data.uvs.len(), data.colors.len()), (6, 6, 6));
     let corner = |t: usize, i: usize| data.triangles[t][i] as usize;
-    assert_eq!((data.uvs[corner(1, 0)], data.colors[corner(1, 0)]), (Vec2::new(0.0, 0.5), Vec4::new(0.0, 0.0, 1.0, 1.0)));
+    assert_eq!(
+        (data.uvs[corner(1, 0)], data.colors[corner(1, 0)]),
+        (Vec2::new(0.0, 0.5), Vec4::new(0.0, 0.0, 1.0, 1.0))
+    );
     assert_eq!((data.uvs[corner(0, 0)], data.vertices[corner(0, 0)]), (Vec2::ZERO, Vec3::ZERO));
 }
 
@@ -119,7 +122,9 @@ fn ply_strips_alternate() {
 fn broken_plys_are_refused_at_their_line() {
     let said = |text: &str| read("a.ply", text.as_bytes()).unwrap_err();
     assert!(said(&PLY.replace("vertex 4", "vertex 4000000000")).contains("a.ply:3:1: error: declares 4000000000"));
-    assert!(said(&PLY.replace("4 0 1 2 3", "4 0 1 2 9")).contains("a.ply:14:1: error: `face` 0: vertex 9 does not exist"));
+    assert!(
+        said(&PLY.replace("4 0 1 2 3", "4 0 1 2 9")).contains("a.ply:14:1: error: `face` 0: vertex 9 does not exist")
+    );
     assert!(said(&PLY.replace("1 1 0", "1 one 0")).contains("a.ply:12:3: error: `one` is not a number"));
     assert!(said(&PLY.replace("1 1 0", "1 1,5 0")).contains("numbers have a point"));
     assert!(said(&PLY.replace("float y", "half y")).contains("a.ply:5:1: error: a property is written"));
@@ -127,16 +132,23 @@ fn broken_plys_are_refused_at_their_line() {
     assert!(said(&PLY.replace("1 1 0", "1 1 0 7")).contains("a.ply:12:7: error: `vertex` 2 has more numbers"));
     assert!(said(&PLY.replace("1 1 0", "1 nan 0")).contains("vertex 2 is used by a face"));
     assert!(read("a.ply", b"\xff\x00junk").unwrap_err().contains("does not start with `ply`"));
-    let told = warnings("a.ply", PLY.replace("float z", "float z\nproperty float quality").replace(" 0\n", " 0 1\n").as_bytes());
+    let told = warnings(
+        "a.ply",
+        PLY.replace("float z", "float z\nproperty float quality").replace(" 0\n", " 0 1\n").as_bytes(),
+    );
     assert!(told[0].contains("a.ply:7:1: warning: `quality` of `vertex` is not used"), "{told:?}");
 }
 
 #[test]
 fn unread_formats_say_what_to_export() {
-    for (name, said) in [("a.fbx", "FBX is not read"), ("a.usdz", "OpenUSD"), ("a.abc", "mesh.file"), ("a.xyz", "known: .obj")] {
+    for (name, said) in
+        [("a.fbx", "FBX is not read"), ("a.usdz", "OpenUSD"), ("a.abc", "mesh.file"), ("a.xyz", "known: .obj")]
+    {
         assert!(read(name, b"").unwrap_err().contains(said), "{name}");
     }
-    assert!(read("a.obj", b"version https://git-lfs.github.com/spec/v1\noid x\n").unwrap_err().contains("git lfs pull"));
+    assert!(
+        read("a.obj", b"version https://git-lfs.github.com/spec/v1\noid x\n").unwrap_err().contains("git lfs pull")
+    );
     assert!(read("a.obj", b"\xff\xfev\x00 \x00").unwrap_err().contains("UTF-16"));
 }
 
@@ -146,7 +158,7 @@ fn scene(files: &[(&str, &[u8])], mesh: Mesh, materials: &[&str]) -> (Scene, Vec
     let material = |name: &&str| (Text::from(*name), Material { gloss: 0.5, ..Material::default() });
     let mut scene = Scene {
         base: folder.path().to_path_buf(),
-        entities: vec![Bag::new([mesh.into()]).named("m")],
+        entities: vec![EntityDesc::new([mesh.into()]).named("m")],
         materials: materials.iter().map(material).collect(),
         ..Scene::default()
     };
@@ -191,8 +203,13 @@ fn equal_names_of_two_libraries_stay_apart() {
     let other = TWO_MTL.to_ascii_lowercase().iter().map(|b| if *b == b'1' { b'0' } else { *b }).collect::<Vec<_>>();
     let other = String::from_utf8(other).unwrap().replace("kd", "Kd");
     let other_obj = String::from_utf8(TWO.to_vec()).unwrap().replace("two.mtl", "other.mtl");
-    let folder = folder(&[("two.obj", TWO), ("two.mtl", TWO_MTL), ("b.obj", other_obj.as_bytes()), ("other.mtl", other.as_bytes())]);
-    let bag = |name: &str| Bag::new([file(name).into()]);
+    let folder = folder(&[
+        ("two.obj", TWO),
+        ("two.mtl", TWO_MTL),
+        ("b.obj", other_obj.as_bytes()),
+        ("other.mtl", other.as_bytes()),
+    ]);
+    let bag = |name: &str| EntityDesc::new([file(name).into()]);
     let mut scene =
         Scene { base: folder.path().into(), entities: vec![bag("two.obj"), bag("b.obj")], ..Scene::default() };
     let (problems, warnings) = load_all(&mut scene);
@@ -215,7 +232,9 @@ fn libraries_that_are_missing_are_told_once() {
 #[test]
 fn maps_are_found_where_projects_have_been_moved_and_left_out_where_not() {
     let mut png = std::io::Cursor::new(Vec::new());
-    ::image::RgbImage::from_pixel(2, 2, ::image::Rgb([128, 128, 255])).write_to(&mut png, ::image::ImageFormat::Png).unwrap();
+    ::image::RgbImage::from_pixel(2, 2, ::image::Rgb([128, 128, 255]))
+        .write_to(&mut png, ::image::ImageFormat::Png)
+        .unwrap();
     let png = png.into_inner();
     let mtl = b"newmtl red\nmap_Kd C:\\work\\WOOD.png\nmap_Bump wood.png\nmap_Ks gone.png\nnewmtl green\nKd 1 1 1\n";
     let files: &[(&str, &[u8])] = &[("m/two.obj", TWO), ("m/two.mtl", mtl), ("m/Wood.png", &png)];
@@ -268,7 +287,8 @@ fn mutated(good: &'static [u8]) -> impl Strategy<Value = Vec<u8>> {
     })
 }
 
-const RICH: &[u8] = b"# all of it\nmtllib a.mtl\no lid\ng a b\ns 1\nv 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0 # c\nv 0 1 0\nv 2 \\\n2 2\n\
+const RICH: &[u8] =
+    b"# all of it\nmtllib a.mtl\no lid\ng a b\ns 1\nv 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0 # c\nv 0 1 0\nv 2 \\\n2 2\n\
 vt 0 0\nvt 1\nvt 1 1 0\nvn 0 0 1\nvn nan 0 0\nusemtl red\nf 1/1/1 2/2/2 3/3/1\nf -4 -3 -2 -1\nf 1//1 2 3/2 4 5\n\
 l 1 2 3\np 1\ns off\nusemtl\ncstype bezier\nf 5/9 1 2\n";
 

@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::Reader;
+use super::NffReader;
 use super::lexer::Word;
 use crate::base::limits;
 use crate::base::math::sin_cos_degrees;
@@ -45,7 +45,7 @@ struct Optics {
     shutter: DVec2,
 }
 
-impl Reader<'_> {
+impl NffReader<'_> {
     pub fn camera(&mut self, word: Word) {
         let mut camera = Camera { from: DVec3::ZERO, at: DVec3::NEG_Z, fov: 45.0, ..Camera::default() };
         let mut optics = Optics::default();

@@ -13,13 +13,13 @@ mod shapes;
 use std::path::Path;
 
 use glam::DVec3;
+use lexer::{Lexer, Word};
 use rustc_hash::FxHashMap;
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, Severity, nearest};
 use crate::base::limits;
 use crate::components::*;
 use crate::load::image;
-use lexer::{Lexer, Word};
 
 /// Every record that is read or known to be passed over.
 const KEYWORDS: [&str; 29] = [
@@ -36,7 +36,7 @@ struct LightRecord {
     has_color: bool,
 }
 
-struct Reader<'a> {
+struct NffReader<'a> {
     lexer: Lexer<'a>,
     file: &'a str,
     base: &'a Path,
@@ -64,7 +64,7 @@ struct Stop;
 /// Data without a sensible reading; with `strict`, all that a tolerant reading would skip.
 pub fn parse(text: &str, file: &str, base: &Path, strict: bool) -> Result<(Scene, Diagnostics), Diagnostics> {
     let render = Render { samples: 1, transfer: Transfer::Linear, ..Render::default() };
-    let mut reader = Reader {
+    let mut reader = NffReader {
         lexer: Lexer::new(text),
         file,
         base,
@@ -83,7 +83,7 @@ pub fn parse(text: &str, file: &str, base: &Path, strict: bool) -> Result<(Scene
     reader.finish()
 }
 
-impl Reader<'_> {
+impl NffReader<'_> {
     fn records(&mut self) -> Result<(), Stop> {
         let mut first = true;
         while let Some(word) = self.lexer.next() {
@@ -332,11 +332,11 @@ impl Reader<'_> {
             return self.warn(word, format!("{}; material skipped", invalid.message));
         }
         let key = n.iter().map(|x| x.to_bits()).collect();
-        self.wear(key, material);
+        self.use_material(key, material);
         self.numbers = n;
     }
 
-    fn wear(&mut self, key: Vec<u64>, material: Material) {
+    fn use_material(&mut self, key: Vec<u64>, material: Material) {
         let scene = &mut self.scene;
         let name = self.materials.entry(key).or_insert_with(|| {
             let name: Text = format!("m{}", scene.materials.len() + 1).into();
@@ -346,8 +346,8 @@ impl Reader<'_> {
         self.material = Some(name.clone());
     }
 
-    /// The current material; shapes before any `f` wear the course's default.
-    fn worn(&mut self) -> MaterialName {
+    /// The current material; shapes before any `f` have the course's default.
+    fn current_material(&mut self) -> MaterialName {
         if self.material.is_none() {
             let default = Material {
                 color: DVec3::splat(0.2),
@@ -356,23 +356,23 @@ impl Reader<'_> {
                 shininess: 20.0,
                 ..Material::default()
             };
-            self.wear(Vec::new(), default);
+            self.use_material(Vec::new(), default);
         }
         MaterialName(self.material.clone().unwrap_or_else(|| "".into()))
     }
 
-    /// Adds a shape that wears the current material, if it is in range.
+    /// Adds a shape with the current material, if it is in range.
     fn add(&mut self, word: Word, shape: impl Into<Component>, motion: Option<Motion>) {
         let shape = shape.into();
         let checked = shape.record().check().and_then(|()| motion.as_ref().map_or(Ok(()), Check::check));
         if let Err(invalid) = checked {
             return self.warn(word, format!("{}; skipped", invalid.message));
         }
-        let mut bag = Bag::new([shape, self.worn().into()]);
+        let mut desc = EntityDesc::new([shape, self.current_material().into()]);
         if let Some(motion) = motion {
-            bag.put(motion.into());
+            desc.put(motion.into());
         }
-        self.scene.entities.push(bag);
+        self.scene.entities.push(desc);
     }
 
     fn finish(mut self) -> Result<(Scene, Diagnostics), Diagnostics> {
@@ -382,7 +382,7 @@ impl Reader<'_> {
                 // Twice what the databases suggest beside an ambient term, for there is none here.
                 point.color = DVec3::splat(1.0 / count.sqrt());
             }
-            self.scene.entities.push(Bag::new([light]));
+            self.scene.entities.push(EntityDesc::new([light]));
         }
         let render = &mut self.scene.render;
         render.max_depth = if self.p3f { 6 } else { 5 };

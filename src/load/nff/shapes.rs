@@ -5,12 +5,12 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::lexer::Word;
-use super::{Reader, Stop};
+use super::{NffReader, Stop};
 use crate::base::limits;
 use crate::components::*;
 use crate::load::mesh::{self, polygon};
 
-impl Reader<'_> {
+impl NffReader<'_> {
     /// Shapes of a fixed count of numbers.
     pub fn simple_shape(&mut self, word: Word) {
         match word.text {

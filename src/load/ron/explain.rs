@@ -7,7 +7,7 @@ use super::{SECTIONS, options};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, suggestion};
 use crate::base::text;
 use crate::components::*;
-use crate::load::spans::{self, Child, Node};
+use crate::load::spans::{self, SyntaxField, SyntaxNode};
 
 /// All mistakes of a text that could not be read; `first` is what serde said of it.
 ///
@@ -24,17 +24,17 @@ pub fn explain(text: &str, file: &str, first: &SpannedError) -> (Diagnostics, Op
             return (Diagnostic::error(broken.message).at(place).into(), None);
         }
     };
-    let mut look = Look { text, file, found: Diagnostics::default(), scene: Scene::default() };
-    look.scene(&tree);
-    if look.found.0.is_empty() {
+    let mut explainer = Explainer { text, file, found: Diagnostics::default(), scene: Scene::default() };
+    explainer.scene(&tree);
+    if explainer.found.0.is_empty() {
         let start = &first.span.start;
         let place = Place::of_position(file, text, start.line as u32, start.col as u32);
-        look.found.push(Diagnostic::error(plain(&first.code)).at(place));
+        explainer.found.push(Diagnostic::error(plain(&first.code)).at(place));
     }
-    (look.found, Some(look.scene))
+    (explainer.found, Some(explainer.scene))
 }
 
-struct Look<'a> {
+struct Explainer<'a> {
     text: &'a str,
     file: &'a str,
     found: Diagnostics,
@@ -42,7 +42,7 @@ struct Look<'a> {
     scene: Scene,
 }
 
-impl Look<'_> {
+impl Explainer<'_> {
     fn place(&self, start: usize, end: usize) -> Place {
         Place::of_span(self.file, self.text, start, end)
     }
@@ -57,7 +57,7 @@ impl Look<'_> {
         });
     }
 
-    fn scene(&mut self, tree: &Node) {
+    fn scene(&mut self, tree: &SyntaxNode) {
         for child in self.fields(tree, "the scene", &SECTIONS) {
             let node = &child.value;
             match child.key.as_deref() {
@@ -71,8 +71,8 @@ impl Look<'_> {
     }
 
     /// The fields of a struct whose keys are known and there once; the others are reported.
-    fn fields<'n>(&mut self, node: &'n Node, owner: &str, known: &[&str]) -> Vec<&'n Child> {
-        let mut good: Vec<&Child> = Vec::new();
+    fn fields<'n>(&mut self, node: &'n SyntaxNode, owner: &str, known: &[&str]) -> Vec<&'n SyntaxField> {
+        let mut good: Vec<&SyntaxField> = Vec::new();
         for (i, child) in node.children.iter().enumerate() {
             let Some(key) = child.key.as_deref() else {
                 let span = (child.value.start, child.value.end);
@@ -103,7 +103,7 @@ impl Look<'_> {
     }
 
     /// Whether two values are what people who write decimals with a comma mean as one.
-    fn is_decimal_comma(&self, whole: &Child, decimals: &Child) -> bool {
+    fn is_decimal_comma(&self, whole: &SyntaxField, decimals: &SyntaxField) -> bool {
         let [whole, between, decimals] = [
             &self.text[whole.value.start..whole.value.end],
             &self.text[whole.value.end..decimals.value.start],
@@ -113,7 +113,7 @@ impl Look<'_> {
         is_digits(whole.trim_start_matches(['-', '+'])) && between == "," && is_digits(decimals)
     }
 
-    fn materials(&mut self, node: &Node) {
+    fn materials(&mut self, node: &SyntaxNode) {
         for child in &node.children {
             let name = child.key.as_deref().unwrap_or("");
             if child.key.is_none() || !self.text[child.key_start..].starts_with('"') {
@@ -129,31 +129,31 @@ impl Look<'_> {
         }
     }
 
-    fn entities(&mut self, node: &Node) {
-        let keys: Vec<&str> = Bag::keys().collect();
+    fn entities(&mut self, node: &SyntaxNode) {
+        let keys: Vec<&str> = EntityDesc::keys().collect();
         for (index, entity) in node.children.iter().enumerate() {
             let owner = match entity.value.field("name") {
                 Some(name) => format!("entity {}", &self.text[name.value.start..name.value.end].replace('"', "`")),
                 None => format!("entity {}", index + 1),
             };
-            let mut bag = Bag::default();
+            let mut desc = EntityDesc::default();
             for child in self.fields(&entity.value, &owner, &keys) {
                 match child.key.as_deref().unwrap_or("") {
-                    "name" => bag.name = self.word(child, &owner, "a text in quotes"),
-                    "tags" => bag.tags = self.word(child, &owner, "a list of texts").unwrap_or_default(),
+                    "name" => desc.name = self.word(child, &owner, "a text in quotes"),
+                    "tags" => desc.tags = self.word(child, &owner, "a list of texts").unwrap_or_default(),
                     name => {
                         let Some(kind) = Kind::parse(name) else { continue };
                         let component = self.component(kind, &child.value, &owner);
-                        component.into_iter().for_each(|component| bag.put(component));
+                        component.into_iter().for_each(|component| desc.put(component));
                     }
                 }
             }
-            self.scene.entities.push(bag);
+            self.scene.entities.push(desc);
         }
     }
 
     /// A value without fields of its own.
-    fn word<T: DeserializeOwned>(&mut self, child: &Child, owner: &str, expected: &str) -> Option<T> {
+    fn word<T: DeserializeOwned>(&mut self, child: &SyntaxField, owner: &str, expected: &str) -> Option<T> {
         let (start, end) = (child.value.start, child.value.end);
         let read = options().from_str::<T>(&self.text[start..end]);
         if read.is_err() {
@@ -163,7 +163,7 @@ impl Look<'_> {
         read.ok()
     }
 
-    fn component(&mut self, kind: Kind, node: &Node, owner: &str) -> Option<Component> {
+    fn component(&mut self, kind: Kind, node: &SyntaxNode, owner: &str) -> Option<Component> {
         let read = |text: &str| {
             let mut deserializer = ::ron::Deserializer::from_str_with_options(text, &options())?;
             let component = kind.deserialize(&mut deserializer).map_err(|e| deserializer.span_error(e))?;
@@ -182,14 +182,14 @@ impl Look<'_> {
         self.fields_of(node, &owner, kind.default_component().record(), read)
     }
 
-    fn record<T: DeserializeOwned + Default + Record>(&mut self, node: &Node, owner: &str) -> Option<T> {
+    fn record<T: DeserializeOwned + Default + Record>(&mut self, node: &SyntaxNode, owner: &str) -> Option<T> {
         self.fields_of(node, owner, &T::default(), |text| options().from_str::<T>(text))
     }
 
     /// Reads a record, or each field of it on its own; `default` tells what each one should look like.
     fn fields_of<T>(
         &mut self,
-        node: &Node,
+        node: &SyntaxNode,
         owner: &str,
         default: &dyn Record,
         read: impl Fn(&str) -> Result<T, SpannedError>,

@@ -30,23 +30,23 @@ const SECTIONS: [&str; 4] = ["camera", "render", "materials", "entities"];
 struct SceneFile {
     camera: Camera,
     render: Render,
-    materials: Materials,
-    entities: Vec<Bag>,
+    materials: NamedMaterials,
+    entities: Vec<EntityDesc>,
 }
 
 /// Named materials in the order of the file.
 #[derive(Default)]
-struct Materials(Vec<(Text, Material)>);
+struct NamedMaterials(Vec<(Text, Material)>);
 
-impl<'de> Deserialize<'de> for Materials {
+impl<'de> Deserialize<'de> for NamedMaterials {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct InOrder;
         impl<'de> Visitor<'de> for InOrder {
-            type Value = Materials;
+            type Value = NamedMaterials;
             fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
                 f.write_str("a map of materials: { \"name\": (...) }")
             }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Materials, A::Error> {
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<NamedMaterials, A::Error> {
                 let mut all: Vec<(Text, Material)> = Vec::new();
                 let mut names = rustc_hash::FxHashSet::default();
                 while let Some((name, material)) = map.next_entry::<Text, Material>()? {
@@ -55,7 +55,7 @@ impl<'de> Deserialize<'de> for Materials {
                     }
                     all.push((name, material));
                 }
-                Ok(Materials(all))
+                Ok(NamedMaterials(all))
             }
         }
         deserializer.deserialize_map(InOrder)
@@ -84,7 +84,7 @@ pub fn parse(text: &str, file: &str, base: &Path) -> Result<(Scene, Diagnostics)
         materials: materials.0,
         entities,
         base: base.to_path_buf(),
-        pictures: Pictures::default(),
+        images: ImageCache::default(),
     };
     let mut problems = resolve::check(&scene);
     let mut warnings = Vec::new();
@@ -103,7 +103,7 @@ pub fn parse(text: &str, file: &str, base: &Path) -> Result<(Scene, Diagnostics)
 fn sky_problem(scene: &mut Scene) -> Option<Problem> {
     let name = scene.render.environment.as_ref()?;
     let decoded = scene.render.transfer == Transfer::Srgb;
-    let problem = image::read_surroundings(&mut scene.pictures, &scene.base, name, decoded).err()?;
+    let problem = image::read_surroundings(&mut scene.images, &scene.base, name, decoded).err()?;
     let path = vec![resolve::key("render"), resolve::key("environment")];
     Some(Problem::new(path, problem.message).help(problem.help))
 }

@@ -1,13 +1,17 @@
 //! Grid and tree against their oracle: the same hits to the bit, whatever stands where.
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use proptest::prelude::*;
 
-use std::sync::Arc;
-
 use super::*;
-use crate::components::MeshData;
-use crate::trace::geometry::{LocalShape, Sides, Tag};
+use crate::components::{Accel, MeshData};
+use crate::trace::accel::bvh::Bvh;
+use crate::trace::accel::grid::Grid;
+use crate::trace::primitive::{Geometry, LocalShape, Sides, Tag};
+use crate::trace::simd::Width;
+use crate::trace::soa::{Hits, Ray, Rays};
 
 /// Coordinates that often coincide: lattice points as well as arbitrary ones.
 fn coordinate() -> impl Strategy<Value = f32> {
@@ -48,7 +52,7 @@ fn build(pieces: &[Piece]) -> Geometry {
             5 => {
                 let m = DMat3::from_cols(DVec3::X * 0.3, DVec3::new(0.1, 0.6, 0.0), DVec3::Z * f64::from(*r));
                 let map = DAffine3 { matrix3: m, translation: a.as_dvec3() };
-                geometry.push_placed(tag, LocalShape::Sphere { center: Vec3::ZERO, radius: 0.5 }, &map);
+                geometry.push_transformed(tag, LocalShape::Sphere { center: Vec3::ZERO, radius: 0.5 }, &map);
             }
             7 => {
                 let map = DAffine3::from_rotation_y(f64::from(*r)) * DAffine3::from_translation(a.as_dvec3());
@@ -86,7 +90,7 @@ proptest! {
     ) {
         let geometry = build(&pieces);
         let others: Vec<_> = Width::all().into_iter().flat_map(|w| all(&geometry, w, density)).collect();
-        let mut worker = Worker::default();
+        let mut worker = TraversalScratch::default();
         for (from, to, kind) in rays {
             let from = if kind == 3 { from * 1e4 } else { from };
             let mut direction = (to - from).normalize_or(Vec3::X);
@@ -94,7 +98,7 @@ proptest! {
                 direction = Vec3::AXES[(from.x.abs() * 7.0) as usize % 3];
             }
             let ray = Ray { origin: from, direction, t_max: if kind == 2 { 3.0 } else { f32::INFINITY } };
-            let expected = Accelerator::Brute.closest(&geometry, &ray, &mut Worker::default());
+            let expected = Accelerator::Brute.closest(&geometry, &ray, &mut TraversalScratch::default());
             for other in &others {
                 let found = other.closest(&geometry, &ray, &mut worker);
                 prop_assert_eq!(found, expected, "{}", other.name());
@@ -122,7 +126,7 @@ proptest! {
             let direction = (to + Vec3::from_array(*b) * spread - origin).normalize_or(Vec3::NEG_Z);
             Ray { origin, direction, t_max }
         }).collect();
-        let mut worker = Worker::default();
+        let mut worker = TraversalScratch::default();
         let expected: Vec<_> =
             rays.iter().map(|ray| Accelerator::Brute.closest(&geometry, ray, &mut worker)).collect();
         let many = Rays::from_iter(rays);
@@ -160,7 +164,7 @@ proptest! {
             }
             let geometry = build(&pieces);
             tree = Accelerator::rebuild(&geometry, Accel::Bvh, 2.0, expected_rays, Some(&tree));
-            let mut worker = Worker::default();
+            let mut worker = TraversalScratch::default();
             for (from, to) in &rays {
                 let ray = Ray::new(*from, (*to - *from).normalize_or(Vec3::X));
                 let expected = Accelerator::Brute.closest(&geometry, &ray, &mut worker);
@@ -179,9 +183,9 @@ fn what_a_ray_costs_does_not_depend_on_the_rays_before() {
     let geometry = build(&pieces);
     let grid = Accelerator::build(&geometry, Accel::Grid, 4.0);
     let ray = Ray::new(Vec3::new(-3.0, 0.1, 0.2), Vec3::new(1.0, 0.3, 0.2).normalize());
-    let mut fresh = Worker::default();
+    let mut fresh = TraversalScratch::default();
     grid.closest(&geometry, &ray, &mut fresh);
-    let mut used = Worker::default();
+    let mut used = TraversalScratch::default();
     for i in 0..50 {
         let aside = Ray::new(Vec3::new(-3.0, 0.1 * i as f32, 0.2), Vec3::X);
         grid.closest(&geometry, &aside, &mut used);
@@ -213,7 +217,7 @@ fn a_giant_floor_does_not_ruin_the_grid() {
     );
     geometry.finish();
     let grid = Accelerator::build(&geometry, Accel::Grid, 2.0);
-    let mut worker = Worker::default();
+    let mut worker = TraversalScratch::default();
     for i in 0..100 {
         let target = Vec3::new(0.009 * i as f32, 0.4, 0.5);
         let origin = Vec3::new(0.5, 2.0, 3.0);
@@ -257,18 +261,18 @@ fn a_dense_mesh_in_a_wide_scene_answers_like_the_tree_and_costs_little() {
             Ray::new(origin, (target - origin).normalize())
         })
         .collect();
-    let find = |accelerator: &Accelerator, worker: &mut Worker| {
+    let find = |accelerator: &Accelerator, worker: &mut TraversalScratch| {
         let mut found = Hits::default();
         accelerator.closest_all(&geometry, &rays, worker, &mut found);
         found.iter().collect::<Vec<_>>()
     };
-    let mut worker = Worker::default();
-    let expected = find(&tree, &mut Worker::default());
+    let mut worker = TraversalScratch::default();
+    let expected = find(&tree, &mut TraversalScratch::default());
     assert_eq!(find(&grid, &mut worker), expected);
-    assert_eq!(find(&fast, &mut Worker::default()), expected);
+    assert_eq!(find(&fast, &mut TraversalScratch::default()), expected);
     // Nearly all of the ball has one place on the curve through the whole scene.
     let [tree, fast] = [tree, fast].map(|tree| {
-        let mut worker = Worker::default();
+        let mut worker = TraversalScratch::default();
         let hits = rays.iter().filter(|ray| tree.closest(&geometry, ray, &mut worker).is_some());
         assert_eq!(hits.count(), expected.iter().flatten().count());
         worker.counters.steps
@@ -304,7 +308,7 @@ fn packets_stay_together_among_many_small_cones() {
             Ray::new(origin, (target - origin).normalize())
         })
         .collect();
-    let (mut alone, mut together) = (Worker::default(), Worker::default());
+    let (mut alone, mut together) = (TraversalScratch::default(), TraversalScratch::default());
     let expected: Vec<_> = rays.iter().map(|ray| tree.closest(&geometry, &ray, &mut alone)).collect();
     let mut found = Hits::default();
     tree.closest_all(&geometry, &rays, &mut together, &mut found);

@@ -9,7 +9,8 @@
 //! agree, its neighbours know better. Stopping by what was seen still favours samples that agree, so that adaptive
 //! pictures are biased by a little less than the threshold.
 
-use crate::film::Tally;
+use crate::film::PixelAccumulator;
+use crate::trace::wavefront::Noise;
 
 /// The least light on which noise is measured relative to its root: there the slope of the root is that of sRGB's
 /// straight part, 12.92.
@@ -17,15 +18,6 @@ const DARKEST: f64 = 0.0015;
 
 /// Side of a block, and blocks along the side of a tile.
 const BLOCK: u32 = 4;
-
-/// What counts as noise.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
-    /// Standard error that is small enough, where 1 is the range of the screen.
-    pub threshold: f64,
-    /// In stops.
-    pub exposure: f64,
-}
 
 /// The bit of the block that a pixel lies in, in its tile.
 fn block([x, y]: [u32; 2]) -> u16 {
@@ -40,17 +32,17 @@ pub fn whole_blocks(places: &[[u32; 2]], pixels: &[u32]) -> Vec<u32> {
 
 impl Noise {
     /// Keeps those of the active pixels of a tile that need more samples.
-    pub fn retain_noisy(&self, places: &[[u32; 2]], tally: &Tally, active: &mut Vec<u32>) {
+    pub fn retain_noisy(&self, places: &[[u32; 2]], tally: &PixelAccumulator, active: &mut Vec<u32>) {
         let block = |pixel: u32| block(places[pixel as usize]);
-        let gain = libm::exp2(self.exposure);
-        let noisy = |pixel: u32| tally.spread(pixel as usize).is_some_and(|spread| self.shows(spread, gain));
+        let contribution = libm::exp2(self.exposure);
+        let noisy = |pixel: u32| tally.spread(pixel as usize).is_some_and(|spread| self.shows(spread, contribution));
         let blocks = active.iter().filter(|p| noisy(**p)).fold(0, |blocks, p| blocks | block(*p));
         active.retain(|p| blocks & block(*p) != 0);
     }
 
-    fn shows(&self, [mean, variance]: [f64; 2], gain: f64) -> bool {
-        let light = (mean * gain).max(DARKEST);
-        variance.sqrt() * gain > self.threshold * 2.0 * light.sqrt()
+    fn shows(&self, [mean, variance]: [f64; 2], contribution: f64) -> bool {
+        let light = (mean * contribution).max(DARKEST);
+        variance.sqrt() * contribution > self.threshold * 2.0 * light.sqrt()
     }
 }
 
@@ -59,12 +51,15 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::film::Gather;
+    use crate::film::AccumulatorOptions;
 
     #[test]
     fn a_noisy_pixel_keeps_its_block_and_no_other() {
         let places: Vec<[u32; 2]> = (0..256).map(|i| [16 + i % 16, 32 + i / 16]).collect();
-        let mut tally = Tally::new(256, Gather { clamp: None, signed: false, moments: true, features: false });
+        let mut tally = PixelAccumulator::new(
+            256,
+            AccumulatorOptions { clamp: None, signed: false, moments: true, features: false },
+        );
         for pixel in 0..256 {
             tally.add(pixel, Vec3::splat(0.5), 1.0);
             tally.add(pixel, Vec3::splat(if pixel == 5 * 16 + 9 { 0.9 } else { 0.5 }), 1.0);

@@ -1,58 +1,58 @@
-//! Path tracing: every hit goes on in one direction (Kajiya 1986), and asks one light for its light on the way.
+//! Path tracing: every hit goes on in one direction (Kajiya 1986), and samples one light on the way.
 //!
-//! Light that a ray meets by itself and light that was asked for are one and the same; each is weighed by how well its
+//! Light that a ray meets by itself and light that was sampled are one and the same; each is weighed by how well its
 //! way of sampling finds it (multiple importance sampling, Veach 1997). Surfaces that single rays alone find (mirrors,
 //! polished glass) leave lights to the rays. Paths end by chance where little is left of their light, which keeps the
-//! mean (Russian roulette), and at `max_depth` rays, the camera's being the first; the last surface asks for light with
+//! mean (Russian roulette), and at `max_depth` rays, the camera's being the first; the last surface samples lights with
 //! its full weight, since no ray follows that could meet it.
 
 use glam::Vec3;
 
-use super::View;
-use super::errand::{CLEAR, Errand, Shadows, Wave, place};
-use super::wave::{Encounter, found};
-use crate::trace::bsdf::{Bsdf, Frame, Transport};
-use crate::trace::lights::Lights;
-use crate::trace::sampler::Domain;
-use crate::trace::{Counters, Ray};
-
-/// Rays that every path may have before chance decides about it.
-pub const SAFE_DEPTH: u32 = 3;
+use crate::trace::counters::Counters;
+use crate::trace::light::Lights;
+use crate::trace::material::TransportMode;
+use crate::trace::material::bsdf::Bsdf;
+use crate::trace::sampler::{Domain, Frame, power_heuristic};
+use crate::trace::soa::Ray;
+use crate::trace::wavefront::{
+    MIN_ROULETTE_DEPTH, NO_MEDIUM, PathState, RayQueue, RenderContext, ShadowRayQueue, SurfaceInteraction,
+    accumulator_slot,
+};
 
 /// Adds the light of lamps that a ray crosses on its way to its end; they do not stop it.
 #[inline]
-pub fn cross_lamps(view: View, ray: &Ray, end: f32, errand: &Errand, camera: bool, colors: &mut [Vec3]) {
-    view.lights.crossed(&Ray { t_max: end, ..*ray }, camera, |radiance, distance, asked, pass| {
-        let mut weight = errand.weight * found(errand.pdf, asked);
-        if errand.medium != CLEAR {
-            weight *= view.materials[errand.medium as usize].left_after(distance);
+pub fn cross_lamps(context: RenderContext, ray: &Ray, end: f32, state: &PathState, camera: bool, colors: &mut [Vec3]) {
+    context.lights.crossed(&Ray { t_max: end, ..*ray }, camera, |radiance, distance, asked, pass| {
+        let mut weight = state.throughput * power_heuristic(state.pdf, asked);
+        if state.medium != NO_MEDIUM {
+            weight *= context.materials[state.medium as usize].transmittance(distance);
         }
-        colors[place(errand.sample, pass) as usize] += weight * radiance;
+        colors[accumulator_slot(state.sample, pass) as usize] += weight * radiance;
     });
 }
 
 /// Asks a light, and adds the ray that the path goes on with, if it does.
 pub fn shade(
-    view: View,
-    met: &Encounter,
+    context: RenderContext,
+    met: &SurfaceInteraction,
     depth: u32,
-    shadows: &mut [Shadows],
-    next: &mut Wave,
+    shadows: &mut [ShadowRayQueue],
+    next: &mut RayQueue,
     counters: &mut Counters,
 ) {
-    let bsdf = Bsdf::new(met.material, met.front, view.settings.fresnel, Transport::Radiance);
+    let bsdf = Bsdf::new(met.material, met.front, context.settings.fresnel, TransportMode::Radiance);
     let (frame, wo) = met.frame();
-    let last = depth == view.settings.max_depth;
+    let last = depth == context.settings.max_depth;
     if !bsdf.is_specular() && !shadows.is_empty() {
-        ask(view, view.lights, met, &Seen { bsdf, frame, wo, last }, shadows);
+        sample_direct(context, context.lights, met, &ShadingContext { bsdf, frame, wo, last }, shadows);
     }
-    if !last && let Some((ray, errand)) = scatter(met, &bsdf, &frame, wo, depth, counters) {
-        next.push(ray, errand);
+    if !last && let Some((ray, state)) = scatter(met, &bsdf, &frame, wo, depth, counters) {
+        next.push(ray, state);
     }
 }
 
 /// A surface as a path sees it.
-pub struct Seen {
+pub struct ShadingContext {
     pub bsdf: Bsdf,
     pub frame: Frame,
     pub wo: Vec3,
@@ -62,13 +62,19 @@ pub struct Seen {
 
 /// Asks one of the lights whether it reaches the surface.
 #[inline]
-pub fn ask(view: View, lights: &Lights, met: &Encounter, seen: &Seen, shadows: &mut [Shadows]) {
-    let Seen { bsdf, frame, wo, last } = seen;
+pub fn sample_direct(
+    context: RenderContext,
+    lights: &Lights,
+    met: &SurfaceInteraction,
+    seen: &ShadingContext,
+    shadows: &mut [ShadowRayQueue],
+) {
+    let ShadingContext { bsdf, frame, wo, last } = seen;
     let (wo, last) = (*wo, *last);
-    let Encounter { errand, surface, sampler, .. } = met;
+    let SurfaceInteraction { state, surface, sampler, .. } = met;
     let domain = Domain::Light(0);
-    let pick = if lights.len() > 1 { sampler.extra(errand.node, domain) } else { 0.0 };
-    let Some(light) = lights.sample(surface.point, pick, sampler.stratified(errand.node, domain)) else { return };
+    let pick = if lights.len() > 1 { sampler.extra(state.node, domain) } else { 0.0 };
+    let Some(light) = lights.sample(surface.point, pick, sampler.stratified(state.node, domain)) else { return };
     let wi = frame.to_local(light.direction);
     let above = surface.geometric_normal.dot(light.direction) > 0.0;
     // A smooth normal and the true one may disagree about the side: no light leaks through.
@@ -79,28 +85,28 @@ pub fn ask(view: View, lights: &Lights, met: &Encounter, seen: &Seen, shadows: &
     if value == Vec3::ZERO {
         return;
     }
-    let share = if light.pdf > 0.0 && !last { found(light.pdf, bsdf.pdf(wo, wi)) } else { 1.0 };
+    let share = if light.pdf > 0.0 && !last { power_heuristic(light.pdf, bsdf.pdf(wo, wi)) } else { 1.0 };
     let value = value * surface.terminator(light.direction);
-    let ray = Ray { origin: surface.leave(light.direction), direction: light.direction, t_max: light.distance };
+    let ray = Ray { origin: surface.offset_origin(light.direction), direction: light.direction, t_max: light.distance };
     let bin = light.light as usize % shadows.len();
-    let sample = place(errand.sample, lights.pass(light.light));
-    shadows[bin].push(view, ray, light.target, sample, errand.weight * (value * light.gain * share));
+    let sample = accumulator_slot(state.sample, lights.group(light.light));
+    shadows[bin].push(context, ray, light.target, sample, state.throughput * (value * light.contribution * share));
 }
 
 /// The ray that a path goes on with, if it does.
 #[inline]
 pub fn scatter(
-    met: &Encounter,
+    met: &SurfaceInteraction,
     bsdf: &Bsdf,
     frame: &Frame,
     wo: Vec3,
     depth: u32,
     counters: &mut Counters,
-) -> Option<(Ray, Errand)> {
-    let Encounter { errand, surface, material, sampler, front, .. } = met;
-    let node = errand.node.scattered();
-    let lobe = if let Bsdf::Lambert(_) = bsdf { 0.0 } else { sampler.extra(errand.node, Domain::Lobe) };
-    let sampled = bsdf.sample(wo, sampler.stratified(errand.node, Domain::Bounce), lobe)?;
+) -> Option<(Ray, PathState)> {
+    let SurfaceInteraction { state, surface, material, sampler, front, .. } = met;
+    let node = state.node.scattered();
+    let lobe = if let Bsdf::Lambert(_) = bsdf { 0.0 } else { sampler.extra(state.node, Domain::Lobe) };
+    let sampled = bsdf.sample(wo, sampler.stratified(state.node, Domain::Bounce), lobe)?;
     let mut direction = frame.to_world(sampled.wi).normalize();
     let height = surface.geometric_normal.dot(direction);
     if (height < 0.0) != sampled.transmitted {
@@ -111,20 +117,20 @@ pub fn scatter(
         direction -= surface.geometric_normal * (2.0 * height);
     }
     let shown = if sampled.specular { 1.0 } else { surface.terminator(direction) };
-    let mut weight = errand.weight * sampled.weight * shown;
+    let mut throughput = state.throughput * sampled.weight * shown;
     // What radiance loses on its way into glass it gets back on its way out: no reason to end a path.
     let inside = sampled.transmitted == *front && material.transmission > 0.0;
-    let worth = weight.max_element() * if inside { (material.ior * material.ior).max(1.0) } else { 1.0 };
+    let worth = throughput.max_element() * if inside { (material.ior * material.ior).max(1.0) } else { 1.0 };
     if worth.is_nan() || worth <= 0.0 {
         return None;
     }
-    if depth >= SAFE_DEPTH && worth < 1.0 {
+    if depth >= MIN_ROULETTE_DEPTH && worth < 1.0 {
         if sampler.random(node, Domain::Roulette)[0] >= worth {
             return None;
         }
-        weight /= worth;
+        throughput /= worth;
     }
-    let medium = if sampled.transmitted { met.medium_behind() } else { errand.medium };
+    let medium = if sampled.transmitted { met.medium_behind() } else { state.medium };
     if sampled.transmitted {
         counters.refraction_rays += 1;
     } else if sampled.specular {
@@ -132,6 +138,9 @@ pub fn scatter(
     } else {
         counters.diffuse_rays += 1;
     }
-    let ray = Ray::new(surface.leave(direction), direction);
-    Some((ray, Errand { node, weight, pdf: sampled.pdf, medium, cone: errand.scattered_cone(sampled.pdf), ..*errand }))
+    let ray = Ray::new(surface.offset_origin(direction), direction);
+    Some((
+        ray,
+        PathState { node, throughput, pdf: sampled.pdf, medium, cone: state.scattered_cone(sampled.pdf), ..*state },
+    ))
 }

@@ -1,13 +1,20 @@
 //! Shares of samples, and shading side by side against shading one by one.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 use super::*;
-use crate::components::{Accel, Camera, Filter, Material};
-use crate::film::Gather;
-use crate::trace::geometry::LocalShape;
-use crate::trace::lights::Light;
-use crate::trace::{Sides, Tag};
+use crate::components::{Accel, Camera, Filter, Integrator, Material, Render, Shadows};
+use crate::film::{AccumulatorOptions, FilterTable, PixelAccumulator};
+use crate::trace::accel::Accelerator;
+use crate::trace::camera::CameraRays;
+use crate::trace::counters::Counters;
+use crate::trace::light::{Lamp, Lights};
+use crate::trace::material::ShadingParams;
+use crate::trace::material::texture::TextureBindings;
+use crate::trace::primitive::{Geometry, LocalShape, Sides, Tag};
+use crate::trace::sampler::Sampler;
+use crate::trace::simd::Width;
+use crate::trace::wavefront::{RenderContext, Settings, Worker};
 
 #[test]
 fn shares_are_a_fair_partition_of_the_samples() {
@@ -17,7 +24,7 @@ fn shares_are_a_fair_partition_of_the_samples() {
             let sampler = Sampler::new(3, pixel, strata);
             let mut seen = vec![false; (strata * strata) as usize];
             for index in 0..of {
-                for sample in (Share { index, of }).samples(&sampler) {
+                for sample in (SampleSubset { index, of }).samples(&sampler) {
                     assert!(!std::mem::replace(&mut seen[sample as usize], true));
                     sizes[index as usize] += 1;
                 }
@@ -27,20 +34,20 @@ fn shares_are_a_fair_partition_of_the_samples() {
         let mean = f64::from(4000 * strata * strata) / f64::from(of);
         assert!(sizes.iter().all(|n| (f64::from(*n) / mean - 1.0).abs() < 0.03), "{strata} {of}: {sizes:?}");
     }
-    let whole: Vec<u32> = Share::WHOLE.samples(&Sampler::new(1, 2, 3)).collect();
+    let whole: Vec<u32> = SampleSubset::WHOLE.samples(&Sampler::new(1, 2, 3)).collect();
     assert_eq!(whole, (0..9).collect::<Vec<_>>());
 }
 
 /// Something of every kind under lamps of every kind.
-fn scene() -> (Geometry, Vec<Surfacing>, Vec<Light>) {
-    let matt = Material { color: DVec3::new(0.8, 0.4, 0.2), ..Material::default() };
+fn scene() -> (Geometry, Vec<ShadingParams>, Vec<Lamp>) {
+    let diffuse = Material { color: DVec3::new(0.8, 0.4, 0.2), ..Material::default() };
     let materials = [
-        matt.clone(),
-        Material { specular: 0.5, reflection: Some(0.0), ..matt.clone() },
+        diffuse.clone(),
+        Material { specular: 0.5, reflection: Some(0.0), ..diffuse.clone() },
         Material { diffuse: 0.2, specular: 0.4, ..Material::default() },
-        Material { model: crate::components::Model::Lambert, ..matt.clone() },
+        Material { model: crate::components::Model::Lambert, ..diffuse.clone() },
         Material { transmission: 0.9, ior: 1.5, ..Material::default() },
-        Material { specular: 0.3, gloss: 0.2, ..matt },
+        Material { specular: 0.3, gloss: 0.2, ..diffuse },
     ];
     let tag = |material: u32| Tag { entity: material, material, sides: Sides::Both };
     let mut geometry = Geometry::default();
@@ -52,28 +59,28 @@ fn scene() -> (Geometry, Vec<Surfacing>, Vec<Light>) {
     geometry.push_box(tag(0), Vec3::new(1.0, 0.0, 0.8), Vec3::new(1.4, 0.5, 1.2));
     geometry.push_cone(tag(2), Vec3::new(-1.3, 0.0, 1.0), 0.3, Vec3::new(-1.3, 0.7, 1.0), 0.1, true);
     let turned = DAffine3::from_rotation_z(0.4) * DAffine3::from_scale(DVec3::new(0.5, 0.2, 0.3));
-    geometry.push_placed(tag(0), LocalShape::Sphere { center: Vec3::new(0.0, 4.0, 0.0), radius: 1.0 }, &turned);
+    geometry.push_transformed(tag(0), LocalShape::Sphere { center: Vec3::new(0.0, 4.0, 0.0), radius: 1.0 }, &turned);
     geometry.push_plane(tag(0), Vec3::ZERO, Vec3::Y);
     geometry.finish();
-    let lamp = |center: Vec3, edges: [Vec3; 2], inverse_square: bool| Light {
+    let lamp = |center: Vec3, edges: [Vec3; 2], inverse_square: bool| Lamp {
         center,
         edges,
         normal: edges[0].cross(edges[1]).normalize_or_zero(),
         color: Vec3::new(3.0, 2.5, 2.0),
         inverse_square,
         visible: true,
-        pass: 0,
+        group: 0,
     };
     let lamps = vec![
         lamp(Vec3::new(2.0, 3.0, 3.0), [Vec3::ZERO; 2], false),
         lamp(Vec3::new(-1.0, 2.5, 1.0), [Vec3::X, Vec3::Z], true),
         lamp(Vec3::new(0.0, 3.0, 4.0), [Vec3::ZERO; 2], true),
     ];
-    (geometry, materials.iter().map(Surfacing::from).collect(), lamps)
+    (geometry, materials.iter().map(ShadingParams::from).collect(), lamps)
 }
 
 /// The linear colours of a small picture, and how many rays it took.
-fn picture(render: &Render, lanes: Width, features: bool) -> (Vec<[f32; 3]>, crate::trace::Counters) {
+fn picture(render: &Render, lanes: Width, features: bool) -> (Vec<[f32; 3]>, Counters) {
     let (geometry, materials, lamps) = scene();
     let accelerator = Accelerator::build(&geometry, Accel::Bvh, 1.0);
     let camera = Camera {
@@ -84,29 +91,28 @@ fn picture(render: &Render, lanes: Width, features: bool) -> (Vec<[f32; 3]>, cra
         ..Camera::default()
     };
     let settings = Settings { features, ..Settings::new(render, 5) };
-    let view = View {
+    let context = RenderContext {
         lights: &Lights::new(lamps, &geometry, &materials),
         geometry: &geometry,
         accelerator: &accelerator,
         materials: &materials,
-        skins: &Skins::default(),
+        textures: &TextureBindings::default(),
         camera: &CameraRays::new(&camera, [20, 15], 6.0),
-        before: None,
+        motion: None,
         environment: None,
         settings: &settings,
         lanes,
         filter: &FilterTable::new(Filter::Tent, 2.0),
         width: 20,
-        passes: 1,
-        lookout: None,
-        photons: None,
+        light_groups: 1,
+        regions: None,
     };
     let places: Vec<[u32; 2]> = (0..300).map(|i| [i % 20, i / 20]).collect();
-    let gather = Gather { clamp: None, signed: false, moments: false, features };
-    let mut tally = [Tally::new(places.len(), gather)];
+    let gather = AccumulatorOptions { clamp: None, signed: false, moments: false, features };
+    let mut tally = [PixelAccumulator::new(places.len(), gather)];
     let mut worker = Worker::default();
-    expose(view, &places, Share::WHOLE, &mut tally, &mut worker);
-    ((0..places.len()).map(|i| tally[0].color(i)).collect(), worker.counters)
+    render_pixels(Estimator { context, photons: None }, &places, SampleSubset::WHOLE, &mut tally, &mut worker);
+    ((0..places.len()).map(|i| tally[0].color(i)).collect(), worker.traversal.counters)
 }
 
 fn settings(integrator: Integrator, samples: u32, shadows: Shadows) -> Render {

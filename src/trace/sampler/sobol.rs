@@ -5,10 +5,10 @@
 //! "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels", SIGGRAPH Asia
 //! 2020). What neighbours take is then stratified together, and their errors cancel. Every pair of dimensions is the
 //! first pair of Sobol's sequence with permutations and a scramble of its own, so that there is no end of good pairs at
-//! any depth of a path; a key stands for the pair. Scrambling follows Laine and Karras (EGSR 2011) with the constants of
-//! Vegdahl (2021).
+//! any depth of a path; a key stands for the pair. Scrambling follows Laine and Karras (EGSR 2011) with the constants
+//! of Vegdahl (2021).
 
-use crate::trace::simd::{LANES, Lanes, Wide, Words};
+use crate::trace::simd::{LANES, Lanes, U32x8, Wide};
 
 /// Pixels along the side of a block, as a power of two.
 pub const BLOCK_BITS: u32 = 5;
@@ -121,30 +121,30 @@ pub fn single(number: u32, count: u32, key: u64) -> f32 {
 
 /// As [`mix32`].
 #[inline(always)]
-fn mix_words<W: Words>(x: W) -> W {
-    let x = x.xor(x.right::<16>()).times(W::splat(0x7feb_352d));
-    let x = x.xor(x.right::<15>()).times(W::splat(0x846c_a68b));
-    x.xor(x.right::<16>())
+fn mix_words<W: U32x8>(x: W) -> W {
+    let x = x.xor(x.shr::<16>()).wrapping_mul(W::splat(0x7feb_352d));
+    let x = x.xor(x.shr::<15>()).wrapping_mul(W::splat(0x846c_a68b));
+    x.xor(x.shr::<16>())
 }
 
 #[inline(always)]
-fn times_24<W: Words>(x: W) -> W {
-    x.left::<4>().plus(x.left::<3>())
+fn times_24<W: U32x8>(x: W) -> W {
+    x.shl::<4>().wrapping_add(x.shl::<3>())
 }
 
 /// The lowest digit of `rest`, permuted by what stands above it; `top` is the one that leads that.
 #[inline(always)]
-fn permuted_digit<W: Words>(rest: W, top: W, key: u32) -> W {
-    let hash = mix_words(rest.right::<2>().or(top).times(W::splat(0x9e37_79b9)).xor(W::splat(key)));
+fn permuted_digit<W: U32x8>(rest: W, top: W, key: u32) -> W {
+    let hash = mix_words(rest.shr::<2>().or(top).wrapping_mul(W::splat(0x9e37_79b9)).xor(W::splat(key)));
     // 24 times the hash, of which the upper word counts: by halves.
-    let low = times_24(hash.and(W::splat(0xffff))).right::<16>();
-    let index = times_24(hash.right::<16>()).plus(low).right::<16>();
-    let shift = index.and(W::splat(3)).left::<3>().plus(rest.and(W::splat(3)).left::<1>());
-    index.right::<2>().pick(&PACKED).right_by(shift).and(W::splat(3))
+    let low = times_24(hash.and(W::splat(0xffff))).shr::<16>();
+    let index = times_24(hash.shr::<16>()).wrapping_add(low).shr::<16>();
+    let shift = index.and(W::splat(3)).shl::<3>().wrapping_add(rest.and(W::splat(3)).shl::<1>());
+    index.shr::<2>().permute(&PACKED).shr_by(shift).and(W::splat(3))
 }
 
 /// Numbers of eight samples of a block.
-pub struct Numbers {
+pub struct SobolIndices {
     each: [u32; LANES],
     /// Digits of a pixel's samples.
     digits: u32,
@@ -167,34 +167,34 @@ const PIXEL: [[u32; LANES]; 3] = {
     lanes
 };
 
-impl Numbers {
+impl SobolIndices {
     #[inline(always)]
     pub fn new(each: [u32; LANES], digits: u32) -> Self {
         let mut apart = 0;
         for number in &each {
             apart |= number ^ each[0];
         }
-        Numbers { each, digits, of_one: apart >> (2 * digits) == 0 }
+        SobolIndices { each, digits, of_one: apart >> (2 * digits) == 0 }
     }
 
     /// As [`permuted`].
     #[inline(always)]
-    fn permuted<W: Words>(&self, key: u32) -> W {
+    fn permuted<W: U32x8>(&self, key: u32) -> W {
         let (number, count) = (W::load(&self.each), BLOCK_BITS + self.digits);
         let (mut result, mut levels) = (W::splat(0), count);
         if self.of_one {
             // The digits of the pixel side by side.
             let [shifts, tops, weights] = &PIXEL;
-            let rest = W::splat(self.each[0]).right_by(W::splat(2 * (count - 1)).plus(W::load(shifts)));
-            let digits = permuted_digit(rest, W::load(tops), key).times(W::load(weights)).floats().store();
+            let rest = W::splat(self.each[0]).shr_by(W::splat(2 * (count - 1)).wrapping_add(W::load(shifts)));
+            let digits = permuted_digit(rest, W::load(tops), key).wrapping_mul(W::load(weights)).to_floats().store();
             let [a, b, c, d, e, ..] = digits;
             result = W::splat(((a + b) + (c + d) + e) as u32);
             levels = self.digits;
         }
         for level in (0..levels).rev() {
-            let rest = number.right_by(W::splat(2 * level));
+            let rest = number.shr_by(W::splat(2 * level));
             let top = W::splat(1 << (2 * (count - 1 - level)));
-            result = result.left::<2>().or(permuted_digit(rest, top, key));
+            result = result.shl::<2>().or(permuted_digit(rest, top, key));
         }
         result
     }
@@ -202,40 +202,43 @@ impl Numbers {
 
 /// As [`scrambled`] of the reversed bits of `x`.
 #[inline(always)]
-fn scrambled_words<W: Words>(x: W, seed: u32) -> W {
-    let x = x.xor(x.times(W::splat(0x3d20_adea))).plus(W::splat(seed)).times(W::splat((seed >> 16) | 1));
-    let x = x.xor(x.times(W::splat(0x0552_6c56)));
-    x.xor(x.times(W::splat(0x53a2_2864))).reverse_bits()
+fn scrambled_words<W: U32x8>(x: W, seed: u32) -> W {
+    let x = x
+        .xor(x.wrapping_mul(W::splat(0x3d20_adea)))
+        .wrapping_add(W::splat(seed))
+        .wrapping_mul(W::splat((seed >> 16) | 1));
+    let x = x.xor(x.wrapping_mul(W::splat(0x0552_6c56)));
+    x.xor(x.wrapping_mul(W::splat(0x53a2_2864))).reverse_bits()
 }
 
 /// As [`second`], its bits reversed.
 #[inline(always)]
-fn second_words<W: Words>(n: W) -> W {
-    let n = n.xor(n.and(W::splat(0xaaaa_aaaa)).right::<1>());
-    let n = n.xor(n.and(W::splat(0xcccc_cccc)).right::<2>());
-    let n = n.xor(n.and(W::splat(0xf0f0_f0f0)).right::<4>());
-    let n = n.xor(n.and(W::splat(0xff00_ff00)).right::<8>());
-    n.xor(n.right::<16>())
+fn second_words<W: U32x8>(n: W) -> W {
+    let n = n.xor(n.and(W::splat(0xaaaa_aaaa)).shr::<1>());
+    let n = n.xor(n.and(W::splat(0xcccc_cccc)).shr::<2>());
+    let n = n.xor(n.and(W::splat(0xf0f0_f0f0)).shr::<4>());
+    let n = n.xor(n.and(W::splat(0xff00_ff00)).shr::<8>());
+    n.xor(n.shr::<16>())
 }
 
 #[inline(always)]
-fn unit_words<W: Words>(x: W) -> W::Floats {
-    x.right::<8>().floats() * W::Floats::splat(1.0 / (1u32 << 24) as f32)
+fn unit_words<W: U32x8>(x: W) -> W::Floats {
+    x.shr::<8>().to_floats() * W::Floats::splat(1.0 / (1u32 << 24) as f32)
 }
 
 /// As [`pair`], for eight numbers.
 #[inline(always)]
-pub fn pairs<L: Wide>(numbers: &Numbers, key: u64) -> [L; 2] {
+pub fn pairs<L: Wide>(numbers: &SobolIndices, key: u64) -> [L; 2] {
     let (low, high) = (key as u32, (key >> 32) as u32);
-    let number = numbers.permuted::<L::Words>(low);
+    let number = numbers.permuted::<L::U32x8>(low);
     let (x, y) = (scrambled_words(number, high), scrambled_words(second_words(number), high.rotate_left(16) ^ low));
     [unit_words(x), unit_words(y)]
 }
 
 /// As [`single`], for eight numbers.
 #[inline(always)]
-pub fn singles<L: Wide>(numbers: &Numbers, key: u64) -> L {
-    let number = numbers.permuted::<L::Words>(key as u32);
+pub fn singles<L: Wide>(numbers: &SobolIndices, key: u64) -> L {
+    let number = numbers.permuted::<L::U32x8>(key as u32);
     unit_words(scrambled_words(number, (key >> 32) as u32))
 }
 

@@ -2,8 +2,8 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::words::PlainWords;
-use super::{LANES, Lanes, Wide};
+use super::lanes::{LANES, Lanes, Wide};
+use super::plain_u32x8::PlainU32x8;
 
 /// Eight lanes on any processor.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +32,7 @@ macro_rules! plain_operator {
         }
     )* };
 }
+
 plain_operator!(Add add +, Sub sub -, Mul mul *, Div div /);
 
 impl Neg for Plain {
@@ -82,11 +83,11 @@ impl Lanes for Plain {
         Plain(std::array::from_fn(|i| if mask >> i & 1 == 1 { yes.0[i] } else { no.0[i] }))
     }
     #[inline(always)]
-    fn both(a: u32, b: u32) -> u32 {
+    fn and(a: u32, b: u32) -> u32 {
         a & b
     }
     #[inline(always)]
-    fn either(a: u32, b: u32) -> u32 {
+    fn or(a: u32, b: u32) -> u32 {
         a | b
     }
     #[inline(always)]
@@ -104,7 +105,7 @@ impl Lanes for Plain {
 }
 
 impl Wide for Plain {
-    type Words = PlainWords<Self>;
+    type U32x8 = PlainU32x8<Self>;
 
     #[inline(always)]
     fn load(from: &[f32; LANES]) -> Self {

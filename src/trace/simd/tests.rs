@@ -2,6 +2,7 @@
 
 use proptest::prelude::*;
 
+use super::plain::Plain;
 use super::*;
 
 /// All operations on two lists of eight, one result after the other.
@@ -19,7 +20,7 @@ impl Kernel for Everything {
         }
         out.extend(L::select(a.lt(b), a, b).store().map(canonical));
         let (less, level) = (a.lt(b), a.le(b));
-        out.extend([less, level, a.ne(b), L::not(less), L::both(less, a.ne(b)), L::either(less, b.lt(a))].map(L::bits));
+        out.extend([less, level, a.ne(b), L::not(less), L::and(less, a.ne(b)), L::or(less, b.lt(a))].map(L::bits));
         assert!((0..256).all(|bits| L::bits(L::mask(bits)) == bits));
         out
     }
@@ -74,24 +75,24 @@ impl Kernel for Whole {
 
     #[inline(always)]
     fn run<L: Wide>(self) -> Vec<[u32; LANES]> {
-        let (a, b) = (L::Words::load(&self.0), L::Words::load(&self.1));
+        let (a, b) = (L::U32x8::load(&self.0), L::U32x8::load(&self.1));
         let table = self.1;
         let results = [
-            a.plus(b),
-            a.times(b),
+            a.wrapping_add(b),
+            a.wrapping_mul(b),
             a.and(b),
             a.or(b),
             a.xor(b),
-            a.left::<5>(),
-            a.right::<7>(),
-            a.right_by(b),
-            a.pick(&table),
+            a.shl::<5>(),
+            a.shr::<7>(),
+            a.shr_by(b),
+            a.permute(&table),
             a.reverse_bits(),
-            L::Words::splat(table[0]),
+            L::U32x8::splat(table[0]),
         ];
         let mut out = Vec::new();
         for x in results {
-            let (low, high) = (x.and(L::Words::splat(0xffff)).floats().store(), x.right::<16>().floats().store());
+            let (low, high) = (x.and(L::U32x8::splat(0xffff)).to_floats().store(), x.shr::<16>().to_floats().store());
             out.push(std::array::from_fn(|i| low[i] as u32 | (high[i] as u32) << 16));
         }
         out
@@ -124,6 +125,7 @@ proptest! {
         for width in Width::all() {
             prop_assert_eq!(width.run(Whole(a, b)), whole_one_by_one(a, b), "{:?}", width);
         }
+        prop_assert_eq!(Whole(a, b).run::<Plain>(), whole_one_by_one(a, b));
     }
 
     #[test]
@@ -131,5 +133,6 @@ proptest! {
         for width in Width::all() {
             prop_assert_eq!(width.run(Everything(a, b)), one_by_one(a, b), "{:?}", width);
         }
+        prop_assert_eq!(Everything(a, b).run::<Plain>(), one_by_one(a, b));
     }
 }

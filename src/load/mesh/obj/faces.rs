@@ -214,7 +214,9 @@ impl Reader<'_> {
             notes.add("vn", || self.nth(b"vn", n, message).into_warning());
         }
         if let Some(t) = no_uvs {
-            notes.add("vt", || self.nth(b"vt", t, "texture coordinates that are no numbers are not used").into_warning());
+            notes.add("vt", || {
+                self.nth(b"vt", t, "texture coordinates that are no numbers are not used").into_warning()
+            });
         }
         let colors = if self.colors.is_empty() { Vec::new() } else { self.vertex_colors(decoded, notes) };
         Ok((vertices, normals, uvs, colors))

@@ -32,9 +32,37 @@ pub struct Library {
 
 /// Statements that say how to show curves and surfaces that are not read, or that nobody uses any more.
 const UNUSED: [&str; 31] = [
-    "vp", "deg", "bmat", "step", "cstype", "curv", "curv2", "surf", "parm", "trim", "hole", "scrv", "sp", "end", "con",
-    "mg", "bevel", "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj", "ctech", "stech", "maplib", "usemap", "bsp",
-    "bzp", "cdc", "call", "csh",
+    "vp",
+    "deg",
+    "bmat",
+    "step",
+    "cstype",
+    "curv",
+    "curv2",
+    "surf",
+    "parm",
+    "trim",
+    "hole",
+    "scrv",
+    "sp",
+    "end",
+    "con",
+    "mg",
+    "bevel",
+    "c_interp",
+    "d_interp",
+    "lod",
+    "shadow_obj",
+    "trace_obj",
+    "ctech",
+    "stech",
+    "maplib",
+    "usemap",
+    "bsp",
+    "bzp",
+    "cdc",
+    "call",
+    "csh",
 ];
 
 /// Which statements a pass listens to.
@@ -212,7 +240,9 @@ impl<'a> Reader<'a> {
         notes.add(&name, || {
             let short: String = name.chars().take(30).collect();
             let message = match name.as_str() {
-                "surf" | "curv" | "curv2" | "cstype" => format!("`{short}` is not used: curves and surfaces are not read"),
+                "surf" | "curv" | "curv2" | "cstype" => {
+                    format!("`{short}` is not used: curves and surfaces are not read")
+                }
                 _ if known => format!("`{short}` is not used"),
                 _ => format!("`{short}` is no statement of OBJ; the line is skipped"),
             };
@@ -332,7 +362,8 @@ impl<'a> Reader<'a> {
                 }
             }
             None => notes.add("s of a word", || {
-                let message = format!("`s` takes the number of a smoothing group or `off`, not `{word}`; it is skipped");
+                let message =
+                    format!("`s` takes the number of a smoothing group or `off`, not `{word}`; it is skipped");
                 self.source.error(start, start + 1, message).into_warning()
             }),
         }

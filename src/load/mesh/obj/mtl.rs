@@ -101,7 +101,10 @@ impl Reader<'_> {
         }
         if !self.open {
             return notes.add("before newmtl", || {
-                let message = format!("`{}` before any `newmtl` belongs to no material", self.source.short(start, self.cursor.at));
+                let message = format!(
+                    "`{}` before any `newmtl` belongs to no material",
+                    self.source.short(start, self.cursor.at)
+                );
                 self.source.error(start, self.cursor.at, message).into_warning()
             });
         }
@@ -195,7 +198,8 @@ impl Reader<'_> {
         let [from, to] = self.cursor.rest();
         let file = decode(&self.source.bytes[from..to]);
         if file.is_empty() {
-            return notes.add("map without file", || self.source.error(start, to, "this map names no file").into_warning());
+            return notes
+                .add("map without file", || self.source.error(start, to, "this map names no file").into_warning());
         }
         if let Some(definition) = self.found.last_mut() {
             definition.maps.retain(|map| map.slot != slot);
@@ -396,7 +400,8 @@ mod tests {
 
     #[test]
     fn what_is_not_used_is_said_once_with_its_place() {
-        let (_, warnings) = read("Kd 1 1 1\nnewmtl a\nmap_disp d.png\nPs 0\nsheen 3\nKs red\nnewmtl b\nmap_disp e.png\n");
+        let (_, warnings) =
+            read("Kd 1 1 1\nnewmtl a\nmap_disp d.png\nPs 0\nsheen 3\nKs red\nnewmtl b\nmap_disp e.png\n");
         let said = ["a.mtl:1:1: warning: `Kd` before any", "a.mtl:3:1: warning: `map_disp` is not used (2 times"];
         let more = ["a.mtl:5:1: warning: `sheen` is no statement", "a.mtl:6:1: warning: `Ks red` makes no sense"];
         assert_eq!(warnings.len(), 4, "{warnings:?}");

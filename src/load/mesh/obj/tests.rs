@@ -32,7 +32,8 @@ fn a_square_is_two_triangles_and_unused_vertices_are_left_out() {
 
 #[test]
 fn corners_share_a_vertex_only_where_all_of_it_is_the_same() {
-    let data = quiet(&format!("{POINTS}vt 0 0\nvt 1 1\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf 1/1/1 3/2/1 4/1/1\nf 1//1 2 3\n"));
+    let data =
+        quiet(&format!("{POINTS}vt 0 0\nvt 1 1\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf 1/1/1 3/2/1 4/1/1\nf 1//1 2 3\n"));
     assert_eq!(data.triangles, [[0, 1, 2], [0, 3, 4], [5, 6, 7]]);
     assert_eq!((data.uvs[3], data.uvs[5]), (Vec2::ONE, MeshData::NO_UV));
     assert_eq!((data.normals[5], data.normals[6]), (Vec3::Z, Vec3::ZERO));
@@ -94,7 +95,8 @@ fn normals_that_are_none_are_missing() {
 
 #[test]
 fn names_and_comments_may_be_of_any_encoding() {
-    let (data, warnings) = read_bytes(b"# Stra\xdfe\nv 0 0 0\nv 1 0 0\nv 0 1 0\ng W\xfcrfel\nusemtl gr\xc3\xbcn\nf 1 2 3\n");
+    let (data, warnings) =
+        read_bytes(b"# Stra\xdfe\nv 0 0 0\nv 1 0 0\nv 0 1 0\ng W\xfcrfel\nusemtl gr\xc3\xbcn\nf 1 2 3\n");
     assert!(warnings.is_empty());
     assert_eq!((&*data.groups[0].name, &*data.materials[0].name), ("Würfel", "grün"));
 }
@@ -154,7 +156,8 @@ fn what_cannot_be_read_has_its_place() {
 
 #[test]
 fn what_is_not_used_is_said_once() {
-    let (_, warnings) = read(&format!("{POINTS}bevel on\ncstype bezier\nfoo bar\nfoo bar\nvt 0 0\nf 1/1 2/1 3/7\nvt 0 0 0 4\n"));
+    let (_, warnings) =
+        read(&format!("{POINTS}bevel on\ncstype bezier\nfoo bar\nfoo bar\nvt 0 0\nf 1/1 2/1 3/7\nvt 0 0 0 4\n"));
     let said: Vec<&str> = warnings.iter().map(|w| w.lines().next().unwrap()).collect();
     assert_eq!(
         said,

@@ -3,8 +3,8 @@
 use glam::{Vec2, Vec3, Vec4};
 use rustc_hash::FxHashMap;
 
-use super::header::Header;
 use super::Row;
+use super::header::Header;
 use crate::base::color::srgb_decode;
 use crate::base::diagnostics::Diagnostic;
 use crate::base::limits;
@@ -62,9 +62,9 @@ impl Faces {
 
     fn corner(&self, corner: i64) -> Result<u32, String> {
         let known = usize::try_from(corner).ok().filter(|i| *i < self.vertices);
-        known.map(|i| i as u32).ok_or_else(|| {
-            format!("vertex {corner} does not exist; there are {}, numbered from 0", self.vertices)
-        })
+        known
+            .map(|i| i as u32)
+            .ok_or_else(|| format!("vertex {corner} does not exist; there are {}, numbered from 0", self.vertices))
     }
 
     /// Adds a face.

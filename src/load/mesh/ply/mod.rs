@@ -130,9 +130,8 @@ impl Body<'_> {
         data: &mut MeshData,
         notes: &mut Notes,
     ) -> Result<(), Diagnostic> {
-        let used = |m: Meaning| {
-            matches!(m, Meaning::Position(_) | Meaning::Normal(_) | Meaning::Uv(_) | Meaning::Color(_))
-        };
+        let used =
+            |m: Meaning| matches!(m, Meaning::Position(_) | Meaning::Normal(_) | Meaning::Uv(_) | Meaning::Color(_));
         let meanings = self.meanings(element, used, notes);
         let has = |meaning: Meaning| meanings.contains(&meaning);
         if let Some(missing) = (0..3).find(|axis| !has(Meaning::Position(*axis))) {
@@ -170,9 +169,8 @@ impl Body<'_> {
         faces: &mut Faces,
         notes: &mut Notes,
     ) -> Result<(), Diagnostic> {
-        let used = |m: Meaning| {
-            matches!(m, Meaning::Corners | Meaning::CornerUvs | Meaning::Color(_) | Meaning::Texture)
-        };
+        let used =
+            |m: Meaning| matches!(m, Meaning::Corners | Meaning::CornerUvs | Meaning::Color(_) | Meaning::Texture);
         let meanings = self.meanings(element, used, notes);
         let [start, end] = element.span;
         if !meanings.contains(&Meaning::Corners) {
@@ -275,7 +273,8 @@ impl Body<'_> {
     /// An error at a byte: at its line where the file is text.
     fn error(&self, at: usize, message: &str) -> Diagnostic {
         if self.is_text() {
-            let skipped = self.source.bytes[at.min(self.source.bytes.len())..].iter().take_while(|b| b.is_ascii_whitespace());
+            let skipped =
+                self.source.bytes[at.min(self.source.bytes.len())..].iter().take_while(|b| b.is_ascii_whitespace());
             let at = at + skipped.count();
             return self.source.error(at, at + 1, message);
         }

@@ -2,13 +2,19 @@
 //! them is chosen by surface area among boxes in space, of which there are far fewer than primitives.
 //!
 //! Clusters by a curve under a hierarchy by surface area are those of HLBVH (Pantaleoni and Luebke 2010; Garanzha,
-//! Pantaleoni and McAllister 2011). Where the curve is cut is not left to the bits of its codes: each cut is the cheapest
-//! by the same costs as a split in space, and what it leaves becomes a node only where that wastes no surface.
+//! Pantaleoni and McAllister 2011). Where the curve is cut is not left to the bits of its codes: each cut is the
+//! cheapest by the same costs as a split in space, and what it leaves becomes a node only where that wastes no surface.
 
 use rayon::prelude::*;
 
-use super::build::{Extent, Ground, Range, Ref, cost, plant, refs, regrafted};
-use super::{Child, Held, LANES, Leaves, Node, Source, Tree, curve};
+use super::build::build_tree;
+use super::collapse::LeafBuilder;
+use super::morton;
+use super::prim_ref::{Extent, PrimRange, PrimRef, refs};
+use super::split::cost;
+use super::tree::{Tree, WideNode, renumbered};
+use crate::trace::accel::leaves::{BuildInput, Leaves, NodeKind, NodeRef};
+use crate::trace::simd::LANES;
 
 /// References between two cuts that are made wherever they fall.
 const STRETCH: usize = 256;
@@ -18,34 +24,36 @@ const STRETCH: usize = 256;
 const WASTE: f32 = 1.1;
 
 /// The tree over the first `count` primitives of a source, the same on any number of threads.
-pub fn fast<S: Source>(source: &S, count: u32) -> Tree {
+pub fn fast<S: BuildInput>(source: &S, count: u32) -> Tree {
     let mut refs = refs(source, count);
-    let middles = Range::of_many(&mut refs).middles;
-    let order = curve::along(&refs, middles);
-    let cuts: Vec<Cuts> = order.par_chunks(STRETCH).map(|stretch| Cuts::of(&refs, stretch)).collect();
+    let centroids = PrimRange::of_many(&mut refs).centroids;
+    let order = morton::order(&refs, centroids);
+    let cuts: Vec<CurveCuts> = order.par_chunks(STRETCH).map(|stretch| CurveCuts::of(&refs, stretch)).collect();
     drop(refs);
     let (mut boxes, mut runs) = (Vec::new(), Vec::new());
     let mut end = 0;
-    for Cuts { tops, counts, .. } in &cuts {
+    for CurveCuts { tops, counts, .. } in &cuts {
         // To the tree above, each is one of those that have a leaf of their own.
-        boxes.extend(tops.iter().zip(boxes.len() as u32..).map(|((around, _), i)| Ref::new(*around, i, Held::List)));
+        boxes.extend(
+            tops.iter().zip(boxes.len() as u32..).map(|((around, _), i)| PrimRef::new(*around, i, NodeKind::List)),
+        );
         for count in counts {
             runs.push(end..end + count);
             end += count;
         }
     }
-    let leaf = |refs: &[Ref], _: &mut Leaves| Child::new(Held::List, 1, refs[0].number() as usize);
-    let mut tree = plant(&mut boxes, &Ground { block: 1, leaf });
+    let leaf = |refs: &[PrimRef], _: &mut Leaves| NodeRef::new(NodeKind::List, 1, refs[0].number() as usize);
+    let mut tree = build_tree(&mut boxes, &LeafBuilder { block: 1, leaf });
     // Of each kind, how many there are before those of a stretch.
     let above = tree.nodes.len();
     let mut before = [0; 6];
-    before[Held::Node as usize] = above;
+    before[NodeKind::Node as usize] = above;
     let mut children = Vec::with_capacity(boxes.len());
     tree.nodes.reserve_exact(cuts.iter().map(|cuts| cuts.nodes.len()).sum());
-    for Cuts { tops, nodes, blocks, .. } in cuts {
-        children.extend(tops.into_iter().map(|(_, child)| regrafted(child, &before)));
+    for CurveCuts { tops, nodes, blocks, .. } in cuts {
+        children.extend(tops.into_iter().map(|(_, child)| renumbered(child, &before)));
         tree.nodes.extend(nodes.into_iter().map(|mut node| {
-            node.children = node.children.map(|child| regrafted(child, &before));
+            node.children = node.children.map(|child| renumbered(child, &before));
             node
         }));
         before.iter_mut().zip(blocks).for_each(|(sum, count)| *sum += count);
@@ -60,27 +68,27 @@ pub fn fast<S: Source>(source: &S, count: u32) -> Tree {
 }
 
 /// What stands where a tree holds the number of it.
-fn real(child: Child, children: &[Child]) -> Child {
-    if child == Child::NONE || child.held() == Held::Node { child } else { children[child.index()] }
+fn real(child: NodeRef, children: &[NodeRef]) -> NodeRef {
+    if child == NodeRef::NONE || child.held() == NodeKind::Node { child } else { children[child.index()] }
 }
 
 /// What a stretch of the curve was cut into; indices count from its beginning.
 #[derive(Default)]
-struct Cuts {
+struct CurveCuts {
     /// How many references each block takes, in the order of the curve.
     counts: Vec<usize>,
-    nodes: Vec<Node>,
+    nodes: Vec<WideNode>,
     /// What has no node yet.
-    tops: Vec<(Extent, Child)>,
+    tops: Vec<(Extent, NodeRef)>,
     /// How many nodes and blocks there are of each kind.
     blocks: [usize; 6],
 }
 
-impl Cuts {
-    fn of(refs: &[Ref], stretch: &[u32]) -> Self {
-        let stretch: Vec<Ref> = stretch.iter().map(|n| refs[*n as usize]).collect();
+impl CurveCuts {
+    fn of(refs: &[PrimRef], stretch: &[u32]) -> Self {
+        let stretch: Vec<PrimRef> = stretch.iter().map(|n| refs[*n as usize]).collect();
         let mut above = vec![0.0; stretch.len()];
-        let mut cuts = Cuts::default();
+        let mut cuts = CurveCuts::default();
         for run in stretch.chunk_by(|a, b| a.held() == b.held()) {
             let (open, _) = cuts.cut(run, &mut above);
             cuts.close(open, cuts.tops.len());
@@ -91,13 +99,13 @@ impl Cuts {
     /// Cuts a run of one kind in two, again and again, until all parts are blocks. They are the last of `tops`: gives
     /// how many there are if they may go into a node together, or 0, and the box around the run. `above` is room to
     /// work in.
-    fn cut(&mut self, run: &[Ref], above: &mut [f32]) -> (usize, Extent) {
-        let held = Held::of_bits(run[0].held());
-        let most = if held == Held::List { 1 } else { LANES };
+    fn cut(&mut self, run: &[PrimRef], above: &mut [f32]) -> (usize, Extent) {
+        let held = NodeKind::of_bits(run[0].held());
+        let most = if held == NodeKind::List { 1 } else { LANES };
         if run.len() <= most {
             let around = run.iter().fold(Extent::EMPTY, |all, r| all.union(r.extent()));
             let index = &mut self.blocks[held as usize];
-            self.tops.push((around, Child::new(held, run.len(), *index)));
+            self.tops.push((around, NodeRef::new(held, run.len(), *index)));
             self.counts.push(run.len());
             *index += 1;
             return (1, around);
@@ -122,20 +130,20 @@ impl Cuts {
         if count < 2 {
             return;
         }
-        let mut node = Node::EMPTY;
+        let mut node = WideNode::EMPTY;
         let mut all = Extent::EMPTY;
         for (slot, (around, child)) in self.tops[end - count..end].iter().enumerate() {
             node.put(slot, *around, *child);
             all = all.union(*around);
         }
-        self.tops.splice(end - count..end, [(all, Child::new(Held::Node, 1, self.nodes.len()))]);
+        self.tops.splice(end - count..end, [(all, NodeRef::new(NodeKind::Node, 1, self.nodes.len()))]);
         self.nodes.push(node);
-        self.blocks[Held::Node as usize] += 1;
+        self.blocks[NodeKind::Node as usize] += 1;
     }
 }
 
 /// Where to cut a run that goes into leaves of `most`.
-fn cheapest(run: &[Ref], most: usize, above: &mut [f32]) -> usize {
+fn cheapest(run: &[PrimRef], most: usize, above: &mut [f32]) -> usize {
     let mut around = Extent::EMPTY;
     for i in (1..run.len()).rev() {
         around.add(run[i].low, run[i].high);
@@ -159,7 +167,7 @@ mod tests {
 
     use super::*;
     use crate::trace::accel::bvh::build;
-    use crate::trace::{Geometry, Tag};
+    use crate::trace::primitive::{Geometry, Tag};
 
     fn balls(count: u32, place: impl Fn(u32) -> (Vec3, f32)) -> Geometry {
         let mut geometry = Geometry::default();
@@ -178,9 +186,9 @@ mod tests {
         let mut seen = vec![0; geometry.len()];
         let mut open = vec![(tree.root, tree.bounds)];
         while let Some((child, around)) = open.pop() {
-            if child.held() == Held::Node {
+            if child.held() == NodeKind::Node {
                 let node = &tree.nodes[child.index()];
-                let children = (0..LANES).filter(|slot| node.children[*slot] != Child::NONE);
+                let children = (0..LANES).filter(|slot| node.children[*slot] != NodeRef::NONE);
                 open.extend(children.map(|slot| (node.children[slot], node.bounds_at(slot))));
             } else {
                 let numbers = &tree.leaves.spheres[child.index()].numbers[..child.count() as usize];

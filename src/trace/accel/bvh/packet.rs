@@ -4,12 +4,13 @@
 //! it, against its primitives one after the other; of cones, whose tests are long, only those that the frustum meets.
 //! (For spheres that costs more than it saves, for triangles about as much.)
 
+use super::tree::{Tree, WideNode};
+use super::two_level::Bvh;
 use super::walk::{entry, others, prefetch_child};
-use super::{Bvh, Child, Held, LANES, Node, Tree};
-use crate::trace::accel::Worker;
-use crate::trace::accel::leaves::Cost;
-use crate::trace::accel::packet::{GROUPS, Group, Packet, Sight};
-use crate::trace::simd::{Wide, lanes};
+use crate::trace::accel::TraversalScratch;
+use crate::trace::accel::leaves::{NodeKind, NodeRef, TraversalCost};
+use crate::trace::accel::packet::{GROUPS, PacketFrustum, RayGroup, RayPacket};
+use crate::trace::simd::{LANES, Wide, lanes};
 
 /// Nodes that a packet visits before it is given up; a ray alone visits some three to five.
 const PATIENCE: u32 = 28;
@@ -23,38 +24,38 @@ const LONGEST: u32 = 16 * PATIENCE;
 
 /// False if the packet was given up.
 #[inline(always)]
-pub(super) fn descend<L: Wide, const ANY: bool>(
+pub fn descend<L: Wide, const ANY: bool>(
     bvh: &Bvh,
-    packet: Packet,
-    groups: &mut [Group<L>; GROUPS],
-    worker: &mut Worker,
+    packet: RayPacket,
+    groups: &mut [RayGroup<L>; GROUPS],
+    scratch: &mut TraversalScratch,
 ) -> bool {
     let tree = &bvh.world;
-    if tree.root == Child::NONE {
+    if tree.root == NodeRef::NONE {
         return true;
     }
-    let Some(sight) = Sight::new(groups, tree.bounds, tree.extent) else { return true };
-    let Worker { counters, stack, .. } = worker;
-    let mut cost = Cost::default();
+    let Some(sight) = PacketFrustum::new(groups, tree.bounds, tree.extent) else { return true };
+    let TraversalScratch { counters, stack, .. } = scratch;
+    let mut cost = TraversalCost::default();
     let mut limit = sight.limit(groups);
     let mut held = 0;
     // Leaves that were looked into, and rays that met those of cones.
     let (mut leaves, mut at_cones) = (0, 0);
-    let (mut child, mut parent) = (tree.root, None::<(&Node, usize)>);
+    let (mut child, mut parent) = (tree.root, None::<(&WideNode, usize)>);
     loop {
-        if child.held() == Held::Node {
+        if child.held() == NodeKind::Node {
             if cost.steps >= PATIENCE && (at_cones < PAYS * leaves || cost.steps == LONGEST) {
                 cost.count(counters);
                 return false;
             }
             let node = &tree.nodes[child.index()];
             cost.steps += 1;
-            let (front, hits) = sight.meet(&node.bounds, limit);
+            let (front, hits) = sight.intersect(&node.bounds, limit);
             push(tree, child.index(), &front.store(), hits, stack, &mut held);
         } else {
             let mut met = 0;
             leaves += 1;
-            let cones = child.held() == Held::Cones;
+            let cones = child.held() == NodeKind::Cones;
             let mut which = (1 << child.count()) - 1;
             if cones {
                 which &= sight.clip(tree.leaves.boxes_of::<L>(child).1, limit).1;
@@ -68,7 +69,7 @@ pub(super) fn descend<L: Wide, const ANY: bool>(
                 }
                 at_cones += if cones { some.count_ones() } else { 0 };
                 cost.tests += which.count_ones() * some.count_ones();
-                if child.held() != Held::List {
+                if child.held() != NodeKind::List {
                     group.block::<ANY>(&tree.leaves, child, which);
                     continue;
                 }

@@ -3,9 +3,10 @@
 
 use glam::Vec3;
 
-use super::{Child, Held, LANES, Node, Tree};
-use crate::trace::accel::leaves::Source;
-use crate::trace::geometry::Bounds;
+use super::tree::{Tree, WideNode};
+use crate::trace::accel::leaves::{BuildInput, NodeKind, NodeRef};
+use crate::trace::primitive::Bounds;
+use crate::trace::simd::LANES;
 
 /// How much more than the tree cost when it was built it may cost.
 const WORST: f32 = 1.25;
@@ -17,7 +18,7 @@ impl Tree {
     /// The tree with its boxes around what the same numbers stand for now; `None` if a new one is worth building.
     ///
     /// Numbers must stand for the same kinds as when the tree was built.
-    pub fn refit<S: Source>(&self, source: &S) -> Option<Tree> {
+    pub fn refit<S: BuildInput>(&self, source: &S) -> Option<Tree> {
         let mut tree = self.clone();
         tree.leaves.renew(source);
         let root = tree.fit(source);
@@ -27,33 +28,33 @@ impl Tree {
     }
 
     /// Fits all boxes; gives the one around everything.
-    fn fit<S: Source>(&mut self, source: &S) -> Bounds {
+    fn fit<S: BuildInput>(&mut self, source: &S) -> Bounds {
         // Children stand behind their parents.
         for at in (0..self.nodes.len()).rev() {
             for slot in 0..LANES {
                 let child = self.nodes[at].children[slot];
-                if child != Child::NONE {
+                if child != NodeRef::NONE {
                     let bounds = self.bounds_of(source, child);
                     self.nodes[at].set(slot, bounds);
                 }
             }
         }
-        if self.root == Child::NONE { Bounds::default() } else { self.bounds_of(source, self.root) }
+        if self.root == NodeRef::NONE { Bounds::default() } else { self.bounds_of(source, self.root) }
     }
 
-    fn bounds_of<S: Source>(&self, source: &S, child: Child) -> Bounds {
+    fn bounds_of<S: BuildInput>(&self, source: &S, child: NodeRef) -> Bounds {
         match child.held() {
-            Held::Node => self.nodes[child.index()].bounds(),
+            NodeKind::Node => self.nodes[child.index()].bounds(),
             _ => self.leaves.bounds(source, child),
         }
     }
 
     /// What a ray that meets the tree is expected to cost, in nodes: the surface area heuristic.
     pub fn estimate(&self) -> f32 {
-        let cost = |node: &Node| -> f64 {
-            let children = node.children.iter().enumerate().filter(|(_, child)| **child != Child::NONE);
-            let each = |(slot, child): (usize, &Child)| {
-                let weight = if child.held() == Held::Node { 1.0 } else { LEAF };
+        let cost = |node: &WideNode| -> f64 {
+            let children = node.children.iter().enumerate().filter(|(_, child)| **child != NodeRef::NONE);
+            let each = |(slot, child): (usize, &NodeRef)| {
+                let weight = if child.held() == NodeKind::Node { 1.0 } else { LEAF };
                 f64::from(half_area(node.bounds_at(slot)) * weight)
             };
             children.map(each).sum()
@@ -67,7 +68,7 @@ fn half_area(bounds: Bounds) -> f32 {
     s.x * s.y + s.y * s.z + s.z * s.x
 }
 
-impl Node {
+impl WideNode {
     fn set(&mut self, slot: usize, bounds: Bounds) {
         for axis in 0..3 {
             self.bounds[axis][0][slot] = bounds.min[axis];

@@ -2,25 +2,24 @@
 
 use glam::Vec3;
 
-use super::{Bvh, Child, Held, LANES, Node, Tree};
-use crate::trace::Geometry;
-use crate::trace::accel::leaves::{Cost, Scope, block};
-use crate::trace::accel::{MARGIN, Worker};
-use crate::trace::geometry::{Best, Kind};
-use crate::trace::shapes::Probe;
-use crate::trace::simd::{V3, Wide, prefetch};
+use super::tree::{Tree, WideNode};
+use super::two_level::Bvh;
+use crate::trace::accel::TraversalScratch;
+use crate::trace::accel::leaves::{HitSpace, NodeKind, NodeRef, TraversalCost, block};
+use crate::trace::primitive::{ClosestHit, Geometry, MARGIN, PreparedRay, PrimitiveKind};
+use crate::trace::simd::{LANES, V3, Wide, prefetch};
 
 /// A walk of the world's tree; the best so far may already be a hit.
 #[inline(always)]
-pub(super) fn scan_rest<L: Wide, const ANY: bool>(
+pub fn scan_rest<L: Wide, const ANY: bool>(
     bvh: &Bvh,
     geometry: &Geometry,
-    probe: &Probe,
-    best: &mut Best,
-    worker: &mut Worker,
+    probe: &PreparedRay,
+    best: &mut ClosestHit,
+    scratch: &mut TraversalScratch,
 ) {
-    let Worker { counters, stack, .. } = worker;
-    let cost = scan::<L, ANY>(&bvh.world, probe, Scope::WORLD, best, stack, |list, best, stack| {
+    let TraversalScratch { counters, stack, .. } = scratch;
+    let cost = scan::<L, ANY>(&bvh.world, probe, HitSpace::WORLD, best, stack, |list, best, stack| {
         others::<L, ANY>(bvh, geometry, list, probe, best, stack)
     });
     cost.count(counters);
@@ -28,17 +27,17 @@ pub(super) fn scan_rest<L: Wide, const ANY: bool>(
 
 /// Primitives of the kinds that have no lanes.
 #[inline(always)]
-pub(super) fn others<L: Wide, const ANY: bool>(
+pub fn others<L: Wide, const ANY: bool>(
     bvh: &Bvh,
     geometry: &Geometry,
     list: &[u32],
-    probe: &Probe,
-    best: &mut Best,
+    probe: &PreparedRay,
+    best: &mut ClosestHit,
     stack: &mut [u64],
-) -> Cost {
-    let mut cost = Cost::default();
+) -> TraversalCost {
+    let mut cost = TraversalCost::default();
     for &n in list {
-        if geometry.kind_of(n) == Kind::Instance {
+        if geometry.kind_of(n) == PrimitiveKind::Instance {
             cost += enter::<L, ANY>(bvh, geometry, n, probe, best, stack);
         } else {
             geometry.test(n, probe, best);
@@ -54,18 +53,20 @@ fn enter<L: Wide, const ANY: bool>(
     bvh: &Bvh,
     geometry: &Geometry,
     number: u32,
-    probe: &Probe,
-    best: &mut Best,
+    probe: &PreparedRay,
+    best: &mut ClosestHit,
     stack: &mut [u64],
-) -> Cost {
+) -> TraversalCost {
     let instance = geometry.instance(number);
-    let Some((local, scale, near)) = instance.enter(probe, best.t) else { return Cost::default() };
-    let scope = Scope::of_instance(number, geometry.tag(number).sides, scale, near);
-    scan::<L, ANY>(&bvh.models[instance.model as usize].1, &local, scope, best, stack, |_, _, _| Cost::default())
+    let Some((local, scale, near)) = instance.enter(probe, best.t) else { return TraversalCost::default() };
+    let scope = HitSpace::of_instance(number, geometry.tag(number).sides, scale, near);
+    scan::<L, ANY>(&bvh.models[instance.model as usize].1, &local, scope, best, stack, |_, _, _| {
+        TraversalCost::default()
+    })
 }
 
 /// A ray as boxes want it.
-struct Sight<L> {
+struct SlabRay<L> {
     inverse: V3<L>,
     /// Origin times inverse, with the margin that makes near planes nearer.
     near: V3<L>,
@@ -74,12 +75,12 @@ struct Sight<L> {
     first: [usize; 3],
 }
 
-impl<L: Wide> Sight<L> {
+impl<L: Wide> SlabRay<L> {
     #[inline(always)]
-    fn new(probe: &Probe, extent: f32) -> Self {
+    fn new(probe: &PreparedRay, extent: f32) -> Self {
         let margin = (probe.origin.abs().max_element() + extent) * MARGIN;
         let margin = Vec3::splat(margin).copysign(probe.inverse);
-        Sight {
+        SlabRay {
             inverse: V3::splat(probe.inverse),
             near: V3::splat((probe.origin + margin) * probe.inverse),
             far: V3::splat((probe.origin - margin) * probe.inverse),
@@ -93,7 +94,7 @@ impl<L: Wide> Sight<L> {
 
     /// Distances at which the boxes of a node are entered, and which are before `limit`.
     #[inline(always)]
-    fn meet(&self, node: &Node, limit: L) -> (L, u32) {
+    fn intersect(&self, node: &WideNode, limit: L) -> (L, u32) {
         let [x, y, z] = self.first;
         let b = &node.bounds;
         let plane =
@@ -110,7 +111,7 @@ impl<L: Wide> Sight<L> {
 
 /// Something and the distance at which its box is entered: as integers, in the order of the distances.
 #[inline(always)]
-pub(super) fn entry(t: f32, what: u32) -> u64 {
+pub fn entry(t: f32, what: u32) -> u64 {
     u64::from(t.to_bits()) << 32 | u64::from(what)
 }
 
@@ -118,34 +119,34 @@ pub(super) fn entry(t: f32, what: u32) -> u64 {
 #[inline(always)]
 fn scan<L: Wide, const ANY: bool>(
     tree: &Tree,
-    probe: &Probe,
-    scope: Scope,
-    best: &mut Best,
+    probe: &PreparedRay,
+    scope: HitSpace,
+    best: &mut ClosestHit,
     stack: &mut [u64],
-    mut others: impl FnMut(&[u32], &mut Best, &mut [u64]) -> Cost,
-) -> Cost {
-    let mut cost = Cost::default();
-    if tree.root == Child::NONE {
+    mut others: impl FnMut(&[u32], &mut ClosestHit, &mut [u64]) -> TraversalCost,
+) -> TraversalCost {
+    let mut cost = TraversalCost::default();
+    if tree.root == NodeRef::NONE {
         return cost;
     }
-    let sight = Sight::<L>::new(probe, tree.extent);
+    let sight = SlabRay::<L>::new(probe, tree.extent);
     let per_scale = scope.per_scale();
     let mut limit = best.t * per_scale;
     let mut held = 0;
     let mut child = tree.root;
     loop {
-        while child.held() == Held::Node {
+        while child.held() == NodeKind::Node {
             let node = &tree.nodes[child.index()];
             cost.steps += 1;
-            let (near, hits) = sight.meet(node, L::splat(limit));
+            let (near, hits) = sight.intersect(node, L::splat(limit));
             if hits == 0 {
-                child = Child::NONE;
+                child = NodeRef::NONE;
                 break;
             }
             child = descend::<ANY>(tree, node, &near.store(), hits, stack, &mut held);
         }
-        if child != Child::NONE {
-            if child.held() == Held::List {
+        if child != NodeRef::NONE {
+            if child.held() == NodeKind::List {
                 let list = &tree.leaves.lists[child.index()][..child.count() as usize];
                 cost += others(list, best, &mut stack[held..]);
             } else {
@@ -164,7 +165,7 @@ fn scan<L: Wide, const ANY: bool>(
             held -= 1;
             let next = stack[held];
             if f32::from_bits((next >> 32) as u32) <= limit {
-                child = Child::of_bits(next as u32);
+                child = NodeRef::of_bits(next as u32);
                 break;
             }
         }
@@ -175,12 +176,12 @@ fn scan<L: Wide, const ANY: bool>(
 #[inline(always)]
 fn descend<const ANY: bool>(
     tree: &Tree,
-    node: &Node,
+    node: &WideNode,
     near: &[f32; LANES],
     hits: u32,
     stack: &mut [u64],
     held: &mut usize,
-) -> Child {
+) -> NodeRef {
     let mut left = hits;
     let mut take = || {
         let i = left.trailing_zeros() as usize & (LANES - 1);
@@ -191,7 +192,7 @@ fn descend<const ANY: bool>(
     };
     let (more, first) = take();
     if !more {
-        return Child::of_bits(first as u32);
+        return NodeRef::of_bits(first as u32);
     }
     let (more, second) = take();
     let (mut nearest, farther) = if first <= second { (first, second) } else { (second, first) };
@@ -217,12 +218,12 @@ fn descend<const ANY: bool>(
         }
     }
     *held = end;
-    Child::of_bits(nearest as u32)
+    NodeRef::of_bits(nearest as u32)
 }
 
 #[inline(always)]
-pub(super) fn prefetch_child(tree: &Tree, child: Child) {
-    if child.held() == Held::Node
+pub fn prefetch_child(tree: &Tree, child: NodeRef) {
+    if child.held() == NodeKind::Node
         && let Some(ahead) = tree.nodes.get(child.index())
     {
         prefetch(ahead);

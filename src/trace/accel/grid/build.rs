@@ -2,10 +2,10 @@
 
 use glam::{DVec3, Vec3};
 
-use super::{Cell, Level, Nest};
+use super::cells::{GridCell, GridLevel, NestedGrid};
 use crate::base::limits;
-use crate::trace::accel::leaves::{Child, Held, Leaves, Source};
-use crate::trace::geometry::Bounds;
+use crate::trace::accel::leaves::{BuildInput, Leaves, NodeKind, NodeRef};
+use crate::trace::primitive::Bounds;
 use crate::trace::simd::LANES;
 
 /// At most this many primitives stand outside of the grid: each costs every ray a test.
@@ -18,7 +18,7 @@ const DENSE: usize = 48;
 const LEAST_SIDE: f32 = 6.0;
 
 /// Lists the first `count` primitives of a source.
-pub fn nest<S: Source>(source: &S, count: u32, density: f64, pad: f32) -> Nest {
+pub fn nest<S: BuildInput>(source: &S, count: u32, density: f64, pad: f32) -> NestedGrid {
     let boxes: Vec<Bounds> = (0..count).map(|n| source.bounds(n)).collect();
     let bounds = boxes.iter().fold(Bounds::default(), |b, o| b.union(*o));
     let extent = if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
@@ -26,10 +26,10 @@ pub fn nest<S: Source>(source: &S, count: u32, density: f64, pad: f32) -> Nest {
     let mut inside = vec![true; boxes.len()];
     large.iter().for_each(|n| inside[*n as usize] = false);
     let members: Vec<u32> = (0..count).filter(|n| inside[*n as usize]).collect();
-    let mut nest = Nest {
+    let mut nest = NestedGrid {
         levels: Vec::new(),
         cells: Vec::new(),
-        runs: vec![Child::NONE],
+        runs: vec![NodeRef::NONE],
         leaves: Leaves::default(),
         outside: 0,
         bounds,
@@ -37,7 +37,7 @@ pub fn nest<S: Source>(source: &S, count: u32, density: f64, pad: f32) -> Nest {
         pad,
         density,
     };
-    let mut builder = Builder { source, boxes, nest: &mut nest };
+    let mut builder = GridBuilder { source, boxes, nest: &mut nest };
     let outside = builder.run(&large);
     builder.nest.outside = outside;
     let everywhere = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
@@ -48,28 +48,28 @@ pub fn nest<S: Source>(source: &S, count: u32, density: f64, pad: f32) -> Nest {
 }
 
 /// Members by cell, one list after the other.
-struct Listed {
+struct CellLists {
     /// Where each list starts; one more at the end.
     starts: Vec<u32>,
     members: Vec<u32>,
 }
 
-impl Listed {
+impl CellLists {
     fn of(&self, cell: usize) -> &[u32] {
         &self.members[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
 }
 
-struct Builder<'a, S> {
+struct GridBuilder<'a, S> {
     source: &'a S,
     boxes: Vec<Bounds>,
-    nest: &'a mut Nest,
+    nest: &'a mut NestedGrid,
 }
 
-impl<S: Source> Builder<'_, S> {
+impl<S: BuildInput> GridBuilder<'_, S> {
     /// Adds a level around what some primitives have in a box, all of its cells empty; lists will hold each of them
     /// `most` times on average.
-    fn level(&mut self, members: &[u32], within: Bounds, most: u64) -> Level {
+    fn level(&mut self, members: &[u32], within: Bounds, most: u64) -> GridLevel {
         let pad = self.nest.pad;
         let around = members.iter().fold(Bounds::default(), |b, n| b.union(self.boxes[*n as usize]));
         let bounds = Bounds { min: (around.min - pad).max(within.min), max: (around.max + pad).min(within.max) };
@@ -78,7 +78,7 @@ impl<S: Source> Builder<'_, S> {
         let level = loop {
             let size = bounds.size() / Vec3::new(counts[0] as f32, counts[1] as f32, counts[2] as f32);
             let per_size = size.map(|s| if s > 0.0 { 1.0 / s } else { 0.0 });
-            let level = Level { bounds, counts, size, per_size, first: self.nest.cells.len() };
+            let level = GridLevel { bounds, counts, size, per_size, first: self.nest.cells.len() };
             let touched = |n: &u32| {
                 let [low, high] = self.touched(&level, *n);
                 (0..3).map(|axis| u64::from(high[axis] - low[axis] + 1)).product::<u64>()
@@ -89,23 +89,23 @@ impl<S: Source> Builder<'_, S> {
             }
             counts = counts.map(|c| c.div_ceil(2));
         };
-        self.nest.cells.resize(level.first + level.cells(), Cell::EMPTY);
+        self.nest.cells.resize(level.first + level.cells(), GridCell::EMPTY);
         self.nest.levels.push(level.clone());
         level
     }
 
     /// The cells that the bounds of a primitive touch.
-    fn touched(&self, level: &Level, number: u32) -> [[u32; 3]; 2] {
+    fn touched(&self, level: &GridLevel, number: u32) -> [[u32; 3]; 2] {
         let (bounds, pad) = (self.boxes[number as usize], self.nest.pad);
         let corner = level.bounds.min;
         [level.cell_of(bounds.min - pad - corner), level.cell_of(bounds.max + pad - corner)]
     }
 
-    fn each_cell(&self, level: &Level, number: u32, mut visit: impl FnMut(usize)) {
+    fn each_cell(&self, level: &GridLevel, number: u32, mut visit: impl FnMut(usize)) {
         let [low, high] = self.touched(level, number);
         let flat = (0..3).filter(|axis| low[*axis] == high[*axis]).count();
-        let sheet = (flat < 2 && self.source.held(number) == Held::Triangles)
-            .then(|| Sheet::new(self.source.corners(number), level, self.nest.pad));
+        let sheet = (flat < 2 && self.source.held(number) == NodeKind::Triangles)
+            .then(|| PlaneTest::new(self.source.corners(number), level, self.nest.pad));
         for z in low[2]..=high[2] {
             for y in low[1]..=high[1] {
                 for x in low[0]..=high[0] {
@@ -118,7 +118,7 @@ impl<S: Source> Builder<'_, S> {
     }
 
     /// Lists members in two passes: count, then place.
-    fn list(&self, level: &Level, members: &[u32]) -> Listed {
+    fn list(&self, level: &GridLevel, members: &[u32]) -> CellLists {
         let total = level.cells();
         let mut starts = vec![0u32; total + 1];
         for n in members {
@@ -135,29 +135,29 @@ impl<S: Source> Builder<'_, S> {
                 next[cell] += 1;
             });
         }
-        Listed { starts, members: listed }
+        CellLists { starts, members: listed }
     }
 
     /// Writes what was listed into the cells of a level.
-    fn fill(&mut self, level: &Level, listed: &Listed, outer: bool) {
+    fn fill(&mut self, level: &GridLevel, listed: &CellLists, outer: bool) {
         for cell in 0..level.cells() {
             let members = listed.of(cell);
             let at = level.first + cell;
             self.nest.cells[at] = if members.is_empty() {
-                Cell::EMPTY
+                GridCell::EMPTY
             } else if cell > 0 && members == listed.of(cell - 1) {
                 // A large primitive, or a gap between them: the same blocks serve.
                 self.nest.cells[at - 1]
             } else if outer && members.len() > DENSE && self.divides(level, cell, members) {
-                Cell(Cell::LEVEL | (self.nest.levels.len() as u32 - 1))
+                GridCell(GridCell::LEVEL | (self.nest.levels.len() as u32 - 1))
             } else {
-                Cell(self.run(members) as u32)
+                GridCell(self.run(members) as u32)
             };
         }
     }
 
     /// Gives a cell a grid of its own, unless that would list everything everywhere.
-    fn divides(&mut self, level: &Level, cell: usize, members: &[u32]) -> bool {
+    fn divides(&mut self, level: &GridLevel, cell: usize, members: &[u32]) -> bool {
         let [nx, ny] = [level.counts[0] as usize, level.counts[1] as usize];
         let at = Vec3::new((cell % nx) as f32, (cell / nx % ny) as f32, (cell / nx / ny) as f32);
         // Beyond the cell itself by what a walk errs.
@@ -186,13 +186,13 @@ impl<S: Source> Builder<'_, S> {
                 self.nest.runs.push(child);
             }
         }
-        self.nest.runs.push(Child::NONE);
+        self.nest.runs.push(NodeRef::NONE);
         start
     }
 }
 
 /// The plane of a triangle, against cells.
-struct Sheet {
+struct PlaneTest {
     normal: DVec3,
     /// Along the normal, from the corner of the level.
     place: f64,
@@ -201,12 +201,12 @@ struct Sheet {
     size: DVec3,
 }
 
-impl Sheet {
-    fn new([a, b, c]: [Vec3; 3], level: &Level, pad: f32) -> Self {
+impl PlaneTest {
+    fn new([a, b, c]: [Vec3; 3], level: &GridLevel, pad: f32) -> Self {
         let [a, b, c] = [a, b, c].map(|p| p.as_dvec3() - level.bounds.min.as_dvec3());
         let (normal, size) = ((b - a).cross(c - a), level.size.as_dvec3());
         let reach = (size * 0.5 + f64::from(pad)).dot(normal.abs()) * (1.0 + 1e-6);
-        Sheet { normal, place: a.dot(normal), reach, size }
+        PlaneTest { normal, place: a.dot(normal), reach, size }
     }
 
     /// False only if the cell is clear of the plane.

@@ -1,10 +1,12 @@
 //! Walking a grid with the rays of a packet: slice by slice along the axis that they all follow, through the cells that
 //! their frustum covers.
 
-use super::{Content, Grid, Level, Nest, walk};
-use crate::trace::accel::Worker;
-use crate::trace::accel::leaves::{Child, Held};
-use crate::trace::accel::packet::{GROUPS, Group, Packet, Sight};
+use super::cells::{CellContent, GridLevel, NestedGrid};
+use super::two_level::Grid;
+use super::walk;
+use crate::trace::accel::TraversalScratch;
+use crate::trace::accel::leaves::{NodeKind, NodeRef};
+use crate::trace::accel::packet::{GROUPS, PacketFrustum, RayGroup, RayPacket};
 use crate::trace::simd::{LANES, Wide, lanes};
 
 /// Cells that a packet may cover in a slice before it is given up.
@@ -14,49 +16,49 @@ const WIDEST: u32 = 16;
 #[inline(always)]
 pub fn descend<L: Wide, const ANY: bool>(
     grid: &Grid,
-    packet: Packet,
-    groups: &mut [Group<L>; GROUPS],
-    worker: &mut Worker,
+    packet: RayPacket,
+    groups: &mut [RayGroup<L>; GROUPS],
+    scratch: &mut TraversalScratch,
 ) -> bool {
     let nest = &grid.world;
-    let Some(sight) = Sight::new(groups, nest.bounds, nest.extent) else { return true };
-    worker.next_ray();
-    let mut walk = Walk::<L> { grid, packet, groups, worker, limit: 0.0, last: usize::MAX };
+    let Some(sight) = PacketFrustum::new(groups, nest.bounds, nest.extent) else { return true };
+    scratch.next_ray();
+    let mut walk = PacketWalk::<L> { grid, packet, groups, scratch, limit: 0.0, last: usize::MAX };
     walk.limit = sight.limit(walk.groups);
     let (mut outer, mut inner) = (Slices::new(&nest.levels[0], &sight), None::<Slices>);
     let mut start = nest.outside;
     loop {
-        walk.meet::<ANY>(&sight, start);
+        walk.intersect::<ANY>(&sight, start);
         start = loop {
             let slices = inner.as_mut().unwrap_or(&mut outer);
-            let Some(content) = slices.seek(nest, &sight, walk.limit, &mut walk.worker.counters.steps) else {
+            let Some(content) = slices.seek(nest, &sight, walk.limit, &mut walk.scratch.counters.steps) else {
                 return false;
             };
             match content {
-                Content::Run(start) => break start,
-                Content::Level(level) => inner = Some(Slices::new(&nest.levels[level], &sight)),
-                Content::Nothing if inner.is_some() => inner = None,
-                Content::Nothing => return true,
+                CellContent::Run(start) => break start,
+                CellContent::Level(level) => inner = Some(Slices::new(&nest.levels[level], &sight)),
+                CellContent::Nothing if inner.is_some() => inner = None,
+                CellContent::Nothing => return true,
             }
         };
     }
 }
 
-struct Walk<'a, L: Wide> {
+struct PacketWalk<'a, L: Wide> {
     grid: &'a Grid,
-    packet: Packet<'a>,
-    groups: &'a mut [Group<L>; GROUPS],
-    worker: &'a mut Worker,
+    packet: RayPacket<'a>,
+    groups: &'a mut [RayGroup<L>; GROUPS],
+    scratch: &'a mut TraversalScratch,
     /// The greatest depth that still matters to any ray.
     limit: f32,
     /// The run that was met last.
     last: usize,
 }
 
-impl<L: Wide> Walk<'_, L> {
+impl<L: Wide> PacketWalk<'_, L> {
     /// Tests the blocks of a run.
     #[inline(always)]
-    fn meet<const ANY: bool>(&mut self, sight: &Sight<L>, start: usize) {
+    fn intersect<const ANY: bool>(&mut self, sight: &PacketFrustum<L>, start: usize) {
         if start == self.last {
             return;
         }
@@ -64,7 +66,7 @@ impl<L: Wide> Walk<'_, L> {
         let grid = self.grid;
         let nest = &grid.world;
         for child in nest.run(start) {
-            if child.held() == Held::List {
+            if child.held() == NodeKind::List {
                 self.list::<ANY>(nest, child);
                 continue;
             }
@@ -73,10 +75,10 @@ impl<L: Wide> Walk<'_, L> {
             let (_, near) = sight.clip(boxes, self.limit);
             let mut which = 0;
             for lane in lanes(near & ((1 << child.count()) - 1)) {
-                which |= u32::from(self.worker.is_new(numbers[lane])) << lane;
+                which |= u32::from(self.scratch.is_new(numbers[lane])) << lane;
             }
             if which != 0 {
-                self.worker.counters.intersection_tests += u64::from(which.count_ones()) * self.packet.len() as u64;
+                self.scratch.counters.intersection_tests += u64::from(which.count_ones()) * self.packet.len() as u64;
                 for group in &mut *self.groups {
                     group.block::<ANY>(&nest.leaves, child, which);
                 }
@@ -87,9 +89,9 @@ impl<L: Wide> Walk<'_, L> {
 
     /// Tests primitives of other kinds, ray by ray.
     #[inline(always)]
-    fn list<const ANY: bool>(&mut self, nest: &Nest, child: Child) {
+    fn list<const ANY: bool>(&mut self, nest: &NestedGrid, child: NodeRef) {
         for &n in &nest.leaves.lists[child.index()][..child.count() as usize] {
-            if !self.worker.is_new(n) {
+            if !self.scratch.is_new(n) {
                 continue;
             }
             for (g, group) in self.groups.iter_mut().enumerate() {
@@ -97,7 +99,7 @@ impl<L: Wide> Walk<'_, L> {
                 for (lane, best) in bests.iter_mut().enumerate() {
                     let Some(probe) = self.packet.probe(g * LANES + lane) else { break };
                     let cost = walk::other::<L, ANY>(self.grid, self.packet.geometry, n, &probe, best);
-                    cost.count(&mut self.worker.counters);
+                    cost.count(&mut self.scratch.counters);
                     if ANY && best.found {
                         best.t = f32::NEG_INFINITY;
                     }
@@ -110,7 +112,7 @@ impl<L: Wide> Walk<'_, L> {
 
 /// Slices of a level along the axis of a packet, from its front to its back.
 struct Slices<'a> {
-    level: &'a Level,
+    level: &'a GridLevel,
     axes: [usize; 3],
     /// The slice, how many are left after it, and what leads to the next.
     at: u32,
@@ -126,7 +128,7 @@ struct Slices<'a> {
 
 impl<'a> Slices<'a> {
     #[inline(always)]
-    fn new<L: Wide>(level: &'a Level, sight: &Sight<L>) -> Self {
+    fn new<L: Wide>(level: &'a GridLevel, sight: &PacketFrustum<L>) -> Self {
         let axes = sight.axes();
         let axis = axes[2];
         let up = sight.up();
@@ -144,12 +146,18 @@ impl<'a> Slices<'a> {
 
     /// What the next cell with something in it holds; nothing where there is none, `None` where rays part ways.
     #[inline(always)]
-    fn seek<L: Wide>(&mut self, nest: &Nest, sight: &Sight<L>, limit: f32, steps: &mut u64) -> Option<Content> {
+    fn seek<L: Wide>(
+        &mut self,
+        nest: &NestedGrid,
+        sight: &PacketFrustum<L>,
+        limit: f32,
+        steps: &mut u64,
+    ) -> Option<CellContent> {
         loop {
             let [x, y] = self.next;
             if y > self.y[1] || self.x[0] > self.x[1] {
                 if !self.advance(sight, limit) {
-                    return Some(Content::Nothing);
+                    return Some(CellContent::Nothing);
                 }
                 self.next = [self.x[0], self.y[0]];
                 if self.covers() > WIDEST {
@@ -160,7 +168,7 @@ impl<'a> Slices<'a> {
             self.next = if x < self.x[1] { [x + 1, y] } else { [self.x[0], y + 1] };
             *steps += 1;
             match nest.cells[self.cell(x, y)].content() {
-                Content::Nothing => {}
+                CellContent::Nothing => {}
                 content => return Some(content),
             }
         }
@@ -168,7 +176,7 @@ impl<'a> Slices<'a> {
 
     /// Goes to the next slice that begins before the depth `limit`.
     #[inline(always)]
-    fn advance<L: Wide>(&mut self, sight: &Sight<L>, limit: f32) -> bool {
+    fn advance<L: Wide>(&mut self, sight: &PacketFrustum<L>, limit: f32) -> bool {
         if self.begun {
             if self.left == 0 {
                 return false;
@@ -194,7 +202,7 @@ impl<'a> Slices<'a> {
     /// The cells between two coordinates; the greatest below the least where there are none.
     #[inline(always)]
     fn cover(&self, axis: usize, [low, high]: [f32; 2]) -> [u32; 2] {
-        let Level { bounds, per_size, counts, .. } = self.level;
+        let GridLevel { bounds, per_size, counts, .. } = self.level;
         let apart = high < bounds.min[axis] || low > bounds.max[axis];
         if apart {
             return [1, 0];

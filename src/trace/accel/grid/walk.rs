@@ -2,12 +2,11 @@
 
 use glam::Vec3;
 
-use super::{Cell, Content, Grid, Level, Nest};
-use crate::trace::Geometry;
-use crate::trace::accel::Worker;
-use crate::trace::accel::leaves::{Cost, Held, Scope, block};
-use crate::trace::geometry::{Best, Kind};
-use crate::trace::shapes::{Probe, slab};
+use super::cells::{CellContent, GridCell, GridLevel, NestedGrid};
+use super::two_level::Grid;
+use crate::trace::accel::TraversalScratch;
+use crate::trace::accel::leaves::{HitSpace, NodeKind, TraversalCost, block};
+use crate::trace::primitive::{ClosestHit, Geometry, PreparedRay, PrimitiveKind, intersect_box};
 use crate::trace::simd::{V3, Wide};
 
 /// A walk of the world's grid; the best so far may already be a hit.
@@ -15,21 +14,21 @@ use crate::trace::simd::{V3, Wide};
 pub fn world<L: Wide, const ANY: bool>(
     grid: &Grid,
     geometry: &Geometry,
-    probe: &Probe,
-    best: &mut Best,
-    worker: &mut Worker,
+    probe: &PreparedRay,
+    best: &mut ClosestHit,
+    scratch: &mut TraversalScratch,
 ) {
-    worker.next_ray();
-    let cost = nest::<L, ANY>(&grid.world, probe, Scope::WORLD, best, |list, best| {
-        let mut cost = Cost::default();
+    scratch.next_ray();
+    let cost = nest::<L, ANY>(&grid.world, probe, HitSpace::WORLD, best, |list, best| {
+        let mut cost = TraversalCost::default();
         for &n in list {
-            if worker.is_new(n) {
+            if scratch.is_new(n) {
                 cost += other::<L, ANY>(grid, geometry, n, probe, best);
             }
         }
         cost
     });
-    cost.count(&mut worker.counters);
+    cost.count(&mut scratch.counters);
 }
 
 /// A primitive of a kind that has no lanes.
@@ -38,32 +37,32 @@ pub fn other<L: Wide, const ANY: bool>(
     grid: &Grid,
     geometry: &Geometry,
     number: u32,
-    probe: &Probe,
-    best: &mut Best,
-) -> Cost {
-    if geometry.kind_of(number) != Kind::Instance {
+    probe: &PreparedRay,
+    best: &mut ClosestHit,
+) -> TraversalCost {
+    if geometry.kind_of(number) != PrimitiveKind::Instance {
         geometry.test(number, probe, best);
-        return Cost { steps: 0, tests: 1 };
+        return TraversalCost { steps: 0, tests: 1 };
     }
     let instance = geometry.instance(number);
-    let Some((local, scale, near)) = instance.enter(probe, best.t) else { return Cost::default() };
-    let scope = Scope::of_instance(number, geometry.tag(number).sides, scale, near);
-    nest::<L, ANY>(&grid.models[instance.model as usize].1, &local, scope, best, |_, _| Cost::default())
+    let Some((local, scale, near)) = instance.enter(probe, best.t) else { return TraversalCost::default() };
+    let scope = HitSpace::of_instance(number, geometry.tag(number).sides, scale, near);
+    nest::<L, ANY>(&grid.models[instance.model as usize].1, &local, scope, best, |_, _| TraversalCost::default())
 }
 
 /// `others` tests a list of primitives of other kinds.
 #[inline(always)]
 fn nest<L: Wide, const ANY: bool>(
-    nest: &Nest,
-    probe: &Probe,
-    scope: Scope,
-    best: &mut Best,
-    mut others: impl FnMut(&[u32], &mut Best) -> Cost,
-) -> Cost {
-    let mut cost = Cost::default();
+    nest: &NestedGrid,
+    probe: &PreparedRay,
+    scope: HitSpace,
+    best: &mut ClosestHit,
+    mut others: impl FnMut(&[u32], &mut ClosestHit) -> TraversalCost,
+) -> TraversalCost {
+    let mut cost = TraversalCost::default();
     let slack = 2.0 * nest.pad;
     let per_scale = scope.per_scale();
-    let (mut outer, mut inner) = (None::<Walk>, None::<Walk>);
+    let (mut outer, mut inner) = (None::<CellWalk>, None::<CellWalk>);
     let (mut entered, mut start) = (false, nest.outside);
     // The run that was met last: a large primitive fills many cells in a row.
     let mut last = usize::MAX;
@@ -71,7 +70,7 @@ fn nest<L: Wide, const ANY: bool>(
         if start != last {
             last = start;
             for child in nest.run(start) {
-                if child.held() == Held::List {
+                if child.held() == NodeKind::List {
                     cost += others(&nest.leaves.lists[child.index()][..child.count() as usize], best);
                 } else {
                     cost.tests += child.count();
@@ -85,19 +84,19 @@ fn nest<L: Wide, const ANY: bool>(
         let limit = best.t * per_scale + slack;
         if !entered {
             entered = true;
-            outer = Walk::new(&nest.levels[0], probe, slack, limit);
+            outer = CellWalk::new(&nest.levels[0], probe, slack, limit);
         }
         start = loop {
             if let Some(walk) = &mut inner {
                 match walk.seek(nest, limit, &mut cost.steps) {
-                    Content::Run(start) => break start,
+                    CellContent::Run(start) => break start,
                     _ => inner = None,
                 }
             } else if let Some(walk) = &mut outer {
                 match walk.seek(nest, limit, &mut cost.steps) {
-                    Content::Run(start) => break start,
-                    Content::Level(level) => inner = Walk::new(&nest.levels[level], probe, slack, limit),
-                    Content::Nothing => return cost,
+                    CellContent::Run(start) => break start,
+                    CellContent::Level(level) => inner = CellWalk::new(&nest.levels[level], probe, slack, limit),
+                    CellContent::Nothing => return cost,
                 }
             } else {
                 return cost;
@@ -107,7 +106,7 @@ fn nest<L: Wide, const ANY: bool>(
 }
 
 /// Where a ray is among the cells, and the planes between them as it meets them.
-struct Walk {
+struct CellWalk {
     /// Position of the cell in the list of all.
     index: usize,
     /// What a step along each axis adds to it.
@@ -125,12 +124,12 @@ struct Walk {
     seen: bool,
 }
 
-impl Walk {
+impl CellWalk {
     /// `None` if the ray does not meet the level before `limit`.
     #[inline(always)]
-    fn new(level: &Level, probe: &Probe, slack: f32, limit: f32) -> Option<Self> {
-        let Level { bounds, counts, size, .. } = level;
-        let [near, far] = slab::<f32>(&probe.beam(), V3::splat(bounds.min), V3::splat(bounds.max));
+    fn new(level: &GridLevel, probe: &PreparedRay, slack: f32, limit: f32) -> Option<Self> {
+        let GridLevel { bounds, counts, size, .. } = level;
+        let [near, far] = intersect_box::<f32>(&probe.beam(), V3::splat(bounds.min), V3::splat(bounds.max));
         let enter = near.max(0.0);
         // Written so that a level without bounds is never entered.
         let meets = enter <= far + slack && enter <= limit;
@@ -148,7 +147,7 @@ impl Walk {
         let pitch = *size * probe.inverse;
         let plane = Vec3::select(up, at + 1.0, at);
         let last = Vec3::select(up, counts, Vec3::ZERO);
-        Some(Walk {
+        Some(CellWalk {
             index: level.first + level.index(cell),
             stride: [0, 1, 2].map(|axis| if toward[axis] > 0.0 { strides[axis] } else { strides[axis].wrapping_neg() }),
             next: start + plane * pitch,
@@ -163,17 +162,17 @@ impl Walk {
 
     /// What the next cell with something in it holds; nothing where there is none before `limit`.
     #[inline(always)]
-    fn seek(&mut self, nest: &Nest, limit: f32, steps: &mut u32) -> Content {
+    fn seek(&mut self, nest: &NestedGrid, limit: f32, steps: &mut u32) -> CellContent {
         loop {
             if self.seen && !self.step(limit) {
-                return Content::Nothing;
+                return CellContent::Nothing;
             }
             self.seen = true;
             *steps += 1;
             match nest.cells.get(self.index) {
-                Some(&Cell::EMPTY) => {}
+                Some(&GridCell::EMPTY) => {}
                 Some(cell) => return cell.content(),
-                None => return Content::Nothing,
+                None => return CellContent::Nothing,
             }
         }
     }

@@ -4,17 +4,15 @@
 //! function, so that the chord between its ends bounds it, and the chord of the least bounds that. Four such lines and
 //! the ends make the frustum; a box is met between the depths at which its planes cross them.
 
-use super::{GROUPS, Group};
-use crate::trace::accel::MARGIN;
-use crate::trace::geometry::Bounds;
-use crate::trace::shapes::finite_recip;
+use super::group::{GROUPS, RayGroup};
+use crate::trace::primitive::{Bounds, MARGIN, finite_recip};
 use crate::trace::simd::{LANES, Lanes, Wide};
 
 /// Eight boxes: by axis, side (least, greatest) and box.
-type Boxes = [[[f32; LANES]; 2]; 3];
+type NodeBoxes = [[[f32; LANES]; 2]; 3];
 
 /// A side, as a bound on the depth at which a box can be met: (plane of the box - start) / slope.
-struct Edge<L: Wide> {
+struct FrustumEdge<L: Wide> {
     /// 1 / slope of the side over depth.
     per_slope: L,
     /// start / slope - depth there.
@@ -23,14 +21,14 @@ struct Edge<L: Wide> {
     from: L::Mask,
 }
 
-impl<L: Wide> Edge<L> {
+impl<L: Wide> FrustumEdge<L> {
     /// The line through `start` at the front and `end` at the back; boxes are inside above it or below it.
     #[inline(always)]
     fn new(start: f32, end: f32, [front, back]: [f32; 2], above: bool) -> Self {
         let per_slope = finite_recip((end - start) / (back - front));
         let from = (per_slope > 0.0) != above;
         let (zero, one) = (L::splat(0.0), L::splat(1.0));
-        Edge {
+        FrustumEdge {
             per_slope: L::splat(per_slope),
             less: L::splat(start * per_slope - front),
             from: if from { zero.lt(one) } else { one.lt(zero) },
@@ -47,16 +45,16 @@ impl<L: Wide> Edge<L> {
 }
 
 /// Least and greatest coordinates of rays at two depths.
-struct Spread<L> {
+struct AxisSpread<L> {
     low: [L; 2],
     high: [L; 2],
 }
 
-impl<L: Wide> Spread<L> {
+impl<L: Wide> AxisSpread<L> {
     #[inline(always)]
     fn new() -> Self {
         let (least, most) = (L::splat(f32::INFINITY), L::splat(f32::NEG_INFINITY));
-        Spread { low: [least; 2], high: [most; 2] }
+        AxisSpread { low: [least; 2], high: [most; 2] }
     }
 
     #[inline(always)]
@@ -71,7 +69,7 @@ impl<L: Wide> Spread<L> {
     #[inline(always)]
     fn lines(&self, margin: f32) -> [[f32; 2]; 2] {
         let [low, high] = [self.low, self.high];
-        let [low, high] = [[low[0].least(), low[1].least()], [high[0].greatest(), high[1].greatest()]];
+        let [low, high] = [[low[0].reduce_min(), low[1].reduce_min()], [high[0].reduce_max(), high[1].reduce_max()]];
         let reach = low[0].abs().max(low[1].abs()).max(high[0].abs()).max(high[1].abs());
         let wide = margin + reach * MARGIN;
         [[low[0] - wide, low[1] - wide], [high[0] + wide, high[1] + wide]]
@@ -79,7 +77,7 @@ impl<L: Wide> Spread<L> {
 }
 
 /// The rays of a group along one axis.
-struct Column<L: Wide> {
+struct RayColumn<L: Wide> {
     inverse: L,
     /// Origin times inverse, with the margin that makes near planes nearer.
     near: L,
@@ -88,13 +86,13 @@ struct Column<L: Wide> {
     backward: L::Mask,
 }
 
-impl<L: Wide> Column<L> {
+impl<L: Wide> RayColumn<L> {
     #[inline(always)]
     fn new(origin: L, direction: L, margin: f32) -> Self {
         let inverse = finite_recip(direction);
         let backward = inverse.lt(L::splat(0.0));
         let ahead = L::select(backward, L::splat(-margin), L::splat(margin));
-        Column { inverse, near: (origin + ahead) * inverse, far: (origin - ahead) * inverse, backward }
+        RayColumn { inverse, near: (origin + ahead) * inverse, far: (origin - ahead) * inverse, backward }
     }
 
     /// Where the rays enter and leave between the planes of one child.
@@ -107,27 +105,27 @@ impl<L: Wide> Column<L> {
 }
 
 /// Rays as boxes want them: together and one by one.
-pub struct Sight<L: Wide> {
+pub struct PacketFrustum<L: Wide> {
     /// The axis along which depth is measured, last of three.
     axes: [usize; 3],
     /// 1 where rays run up that axis, -1 where down.
     sign: f32,
     /// Depths between which the frustum bounds the rays.
     range: [f32; 2],
-    x_edges: [Edge<L>; 2],
-    y_edges: [Edge<L>; 2],
+    x_edges: [FrustumEdge<L>; 2],
+    y_edges: [FrustumEdge<L>; 2],
     /// The lines below and above the rays along the other axes: where they are at the front and at the back.
     x_lines: [[f32; 2]; 2],
     y_lines: [[f32; 2]; 2],
-    columns: [[Column<L>; 3]; GROUPS],
+    columns: [[RayColumn<L>; 3]; GROUPS],
     /// What rounding may do to a depth.
     slack: f32,
 }
 
-impl<L: Wide> Sight<L> {
+impl<L: Wide> PacketFrustum<L> {
     /// `None` if no ray comes near what has these bounds, and coordinates up to `extent`.
     #[inline(always)]
-    pub fn new(groups: &[Group<L>; GROUPS], bounds: Bounds, extent: f32) -> Option<Self> {
+    pub fn new(groups: &[RayGroup<L>; GROUPS], bounds: Bounds, extent: f32) -> Option<Self> {
         let axes = groups[0].beam.axes;
         let z = axes[2];
         let sign = if groups[0].direction[2].store()[0] < 0.0 { -1.0 } else { 1.0 };
@@ -140,15 +138,15 @@ impl<L: Wide> Sight<L> {
             starts = starts.min(z * signs);
             ends = ends.max(z * signs + group.direction[2] * signs * group.t);
         }
-        let margin = (reach.greatest() + extent) * MARGIN;
+        let margin = (reach.reduce_max() + extent) * MARGIN;
         let (low, high) = (bounds.min[z] * sign, bounds.max[z] * sign);
-        let front = Lanes::max(starts.least(), Lanes::min(low, high)) - margin;
-        let back = Lanes::min(ends.greatest(), Lanes::max(low, high)) + margin;
+        let front = Lanes::max(starts.reduce_min(), Lanes::min(low, high)) - margin;
+        let back = Lanes::min(ends.reduce_max(), Lanes::max(low, high)) + margin;
         if front >= back {
             return None;
         }
         let range = [front, back];
-        let (mut across, mut along) = (Spread::new(), Spread::new());
+        let (mut across, mut along) = (AxisSpread::new(), AxisSpread::new());
         for group in groups {
             let [x, y, z] = group.origin;
             let [dx, dy, dz] = group.direction;
@@ -158,10 +156,10 @@ impl<L: Wide> Sight<L> {
         }
         let (x_lines, y_lines) = (across.lines(margin), along.lines(margin));
         let [[a, b], [c, d]] = x_lines;
-        let x_edges = [Edge::new(a, b, range, true), Edge::new(c, d, range, false)];
+        let x_edges = [FrustumEdge::new(a, b, range, true), FrustumEdge::new(c, d, range, false)];
         let [[a, b], [c, d]] = y_lines;
-        let y_edges = [Edge::new(a, b, range, true), Edge::new(c, d, range, false)];
-        Some(Sight {
+        let y_edges = [FrustumEdge::new(a, b, range, true), FrustumEdge::new(c, d, range, false)];
+        Some(PacketFrustum {
             axes,
             sign,
             range,
@@ -206,13 +204,13 @@ impl<L: Wide> Sight<L> {
 
     /// The greatest depth that still matters to any ray.
     #[inline(always)]
-    pub fn limit(&self, groups: &[Group<L>; GROUPS]) -> f32 {
+    pub fn limit(&self, groups: &[RayGroup<L>; GROUPS]) -> f32 {
         let sign = L::splat(self.sign);
         let mut most = L::splat(f32::NEG_INFINITY);
         for group in groups {
             most = most.max(group.origin[2] * sign + group.direction[2] * sign * group.t);
         }
-        Lanes::min(most.greatest() + self.slack, self.range[1])
+        Lanes::min(most.reduce_max() + self.slack, self.range[1])
     }
 
     /// The depth that stands for these bits in what [`Self::meet`] gives.
@@ -224,7 +222,7 @@ impl<L: Wide> Sight<L> {
     /// Children that any ray may meet before the depth `limit`, and from which depth on, counted from the front: not
     /// negative, so that their bits are in their order.
     #[inline(always)]
-    pub fn meet(&self, boxes: &Boxes, limit: f32) -> (L, u32) {
+    pub fn intersect(&self, boxes: &NodeBoxes, limit: f32) -> (L, u32) {
         let [x, y, z] = boxes;
         let x = [L::load(&x[0]), L::load(&x[1])];
         let y = [L::load(&y[0]), L::load(&y[1])];
@@ -252,7 +250,7 @@ impl<L: Wide> Sight<L> {
 
     /// Rays of a group that meet the box of one child before their own limits.
     #[inline(always)]
-    pub fn rays(&self, group: usize, boxes: &Boxes, child: usize, limits: L) -> u32 {
+    pub fn rays(&self, group: usize, boxes: &NodeBoxes, child: usize, limits: L) -> u32 {
         let child = child & (LANES - 1);
         let [x, y, z] = &self.columns[group & (GROUPS - 1)];
         let [near_x, far_x] = x.cross(&boxes[self.axes[0]], child);
@@ -265,7 +263,7 @@ impl<L: Wide> Sight<L> {
 }
 
 #[inline(always)]
-fn columns<L: Wide>(group: &Group<L>, margin: f32) -> [Column<L>; 3] {
+fn columns<L: Wide>(group: &RayGroup<L>, margin: f32) -> [RayColumn<L>; 3] {
     let ([x, y, z], [dx, dy, dz]) = (group.origin, group.direction);
-    [Column::new(x, dx, margin), Column::new(y, dy, margin), Column::new(z, dz, margin)]
+    [RayColumn::new(x, dx, margin), RayColumn::new(y, dy, margin), RayColumn::new(z, dz, margin)]
 }

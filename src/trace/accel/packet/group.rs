@@ -1,15 +1,13 @@
 //! Eight rays side by side against one primitive after the other.
 
-use crate::trace::accel::leaves::{Child, Cones, Held, Leaves, NO_BACK, NO_FRONT};
-use crate::trace::columns::follow;
-use crate::trace::geometry::Best;
-use crate::trace::shapes::{self, Beam, Frusta, PARTS};
+use crate::trace::accel::leaves::{ConeBlock, Leaves, NO_BACK, NO_FRONT, NodeKind, NodeRef};
+use crate::trace::primitive::{ClosestHit, ConeLanes, Geometry, PARTS, RayLanes, shapes};
 use crate::trace::simd::{LANES, V3, Wide, lanes};
-use crate::trace::{Geometry, Rays};
+use crate::trace::soa::{Rays, contiguous};
 
 /// Eight rays, column by column, and their hits so far.
-pub struct Group<L: Wide> {
-    pub beam: Beam<L>,
+pub struct RayGroup<L: Wide> {
+    pub beam: RayLanes<L>,
     /// Coordinates in the order of the beam's axes.
     pub origin: [L; 3],
     pub direction: [L; 3],
@@ -25,12 +23,12 @@ pub struct Group<L: Wide> {
     found: u32,
 }
 
-impl<L: Wide> Group<L> {
+impl<L: Wide> RayGroup<L> {
     /// The last ray fills the lanes that are left.
     #[inline(always)]
     pub fn new(geometry: &Geometry, rays: &Rays, numbers: &[u32], axes: [usize; 3]) -> Self {
         let (mut origin, direction, end);
-        if numbers.len() >= LANES && follow(&numbers[..LANES]) {
+        if numbers.len() >= LANES && contiguous(&numbers[..LANES]) {
             let first = numbers[0] as usize;
             (origin, direction, end) = (rays.origins(first), rays.directions(first), rays.ends(first));
         } else {
@@ -44,8 +42,8 @@ impl<L: Wide> Group<L> {
         (skip, origin) = geometry.approached::<L>(origin, direction);
         let (origin, direction) = (turned(origin, axes), turned(direction, axes));
         let zero = L::splat(0.0);
-        Group {
-            beam: Beam::of_rays(axes, origin, direction),
+        RayGroup {
+            beam: RayLanes::of_rays(axes, origin, direction),
             origin,
             direction,
             t: end - skip,
@@ -72,20 +70,20 @@ impl<L: Wide> Group<L> {
 
     /// Hits so far, ray by ray.
     #[inline(always)]
-    pub fn bests(&self) -> [Best; LANES] {
+    pub fn bests(&self) -> [ClosestHit; LANES] {
         let [t, u, v] = [self.t.store(), self.u.store(), self.v.store()];
         let [primitive, element] = [self.primitive.store(), self.element.store()];
-        let mut bests = [Best::within(0.0); LANES];
+        let mut bests = [ClosestHit::within(0.0); LANES];
         for (i, best) in bests.iter_mut().enumerate() {
             let (primitive, element) = (primitive[i].to_bits(), element[i].to_bits());
-            *best = Best { t: t[i], primitive, element, u: u[i], v: v[i], found: self.found >> i & 1 == 1 };
+            *best = ClosestHit { t: t[i], primitive, element, u: u[i], v: v[i], found: self.found >> i & 1 == 1 };
         }
         bests
     }
 
     /// Takes hits back into the lanes.
     #[inline(always)]
-    pub fn set(&mut self, bests: &[Best; LANES]) {
+    pub fn set(&mut self, bests: &[ClosestHit; LANES]) {
         let mut columns = [[0.0; LANES]; 5];
         self.found = 0;
         for (i, best) in bests.iter().enumerate() {
@@ -104,8 +102,8 @@ impl<L: Wide> Group<L> {
     /// Keeps the hits of one primitive that are nearer than the best so far, or as near and lower in number.
     #[inline(always)]
     fn offer<const ANY: bool>(&mut self, hit: L::Mask, t: L, u: L, v: L, number: u32, element: u32) {
-        let nearer = L::both(hit, t.lt(self.t));
-        let level = L::bits(L::both(hit, t.le(self.t))) & !L::bits(nearer) & self.found;
+        let nearer = L::and(hit, t.lt(self.t));
+        let level = L::bits(L::and(hit, t.le(self.t))) & !L::bits(nearer) & self.found;
         if level != 0 && !ANY {
             let mut bests = self.bests();
             let (t, u, v) = (t.store(), u.store(), v.store());
@@ -126,38 +124,38 @@ impl<L: Wide> Group<L> {
 
     /// Tests the primitives of a block that have a bit in `which`, one after the other; not a list.
     #[inline(always)]
-    pub fn block<const ANY: bool>(&mut self, leaves: &Leaves, child: Child, which: u32) {
+    pub fn block<const ANY: bool>(&mut self, leaves: &Leaves, child: NodeRef, which: u32) {
         match child.held() {
-            Held::Triangles => {
+            NodeKind::Triangles => {
                 let block = &leaves.triangles[child.index()];
                 for lane in lanes(which) {
                     self.triangle::<ANY>(&block.corners, lane & (LANES - 1), block.numbers[lane & (LANES - 1)]);
                 }
             }
-            Held::Spheres => {
+            NodeKind::Spheres => {
                 let block = &leaves.spheres[child.index()];
                 for lane in lanes(which) {
                     let lane = lane & (LANES - 1);
                     let (met, span) =
-                        shapes::sphere(&self.beam, pick(&block.center, lane), L::splat(block.radius[lane]));
+                        shapes::intersect_sphere(&self.beam, pick(&block.center, lane), L::splat(block.radius[lane]));
                     self.span::<ANY>(met, span, block.numbers[lane]);
                 }
             }
-            Held::Boxes => {
+            NodeKind::Boxes => {
                 let block = &leaves.boxes[child.index()];
                 for lane in lanes(which) {
                     let lane = lane & (LANES - 1);
-                    let span = shapes::slab(&self.beam, pick(&block.min, lane), pick(&block.max, lane));
+                    let span = shapes::intersect_box(&self.beam, pick(&block.min, lane), pick(&block.max, lane));
                     self.span::<ANY>(span[0].le(span[1]), span, block.numbers[lane]);
                 }
             }
-            Held::Cones => {
+            NodeKind::Cones => {
                 let block = &leaves.cones[child.index()];
                 for lane in lanes(which) {
                     self.cone::<ANY>(block, lane & (LANES - 1));
                 }
             }
-            Held::List | Held::Node => {}
+            NodeKind::List | NodeKind::Node => {}
         }
     }
 
@@ -168,27 +166,27 @@ impl<L: Wide> Group<L> {
         let a = V3 { x: L::splat(a[x][lane]), y: L::splat(a[y][lane]), z: L::splat(a[z][lane]) };
         let b = V3 { x: L::splat(b[x][lane]), y: L::splat(b[y][lane]), z: L::splat(b[z][lane]) };
         let c = V3 { x: L::splat(c[x][lane]), y: L::splat(c[y][lane]), z: L::splat(c[z][lane]) };
-        let Some(hits) = shapes::triangle(&self.beam, [a, b, c]) else { return };
+        let Some(hits) = shapes::intersect_triangle(&self.beam, [a, b, c]) else { return };
         let mut hit = hits.hit;
         if number & NO_FRONT != 0 {
-            hit = L::both(hit, L::not(hits.front));
+            hit = L::and(hit, L::not(hits.front));
         }
         if number & NO_BACK != 0 {
-            hit = L::both(hit, hits.front);
+            hit = L::and(hit, hits.front);
         }
         let number = number & !(NO_FRONT | NO_BACK);
         self.offer::<ANY>(hit, hits.t, hits.u, hits.v, number, number);
     }
 
     #[inline(always)]
-    fn cone<const ANY: bool>(&mut self, block: &Cones, lane: usize) {
+    fn cone<const ANY: bool>(&mut self, block: &ConeBlock, lane: usize) {
         let zero = L::splat(0.0);
-        let [near, far] = shapes::slab(&self.beam, pick(&block.min, lane), pick(&block.max, lane));
-        let open = L::both(near.le(far), L::both(zero.lt(far), near.le(self.t)));
+        let [near, far] = shapes::intersect_box(&self.beam, pick(&block.min, lane), pick(&block.max, lane));
+        let open = L::and(near.le(far), L::and(zero.lt(far), near.le(self.t)));
         if !L::any(open) {
             return;
         }
-        let columns = Frusta {
+        let columns = ConeLanes {
             base: pick(&block.base, lane),
             axis: pick(&block.axis, lane),
             height: L::splat(block.height[lane]),
@@ -196,18 +194,18 @@ impl<L: Wide> Group<L> {
             slope: L::splat(block.slope[lane]),
             capped: L::splat(block.capped[lane]),
         };
-        let crossings = shapes::frustum(&self.beam, &columns);
+        let crossings = shapes::intersect_cone(&self.beam, &columns);
         let number = block.numbers[lane];
         for (crossing, part) in crossings.iter().zip(PARTS) {
-            let mut hit = L::both(open, crossing.met);
+            let mut hit = L::and(open, crossing.met);
             if number & NO_FRONT != 0 {
-                hit = L::both(hit, L::not(crossing.enters));
+                hit = L::and(hit, L::not(crossing.enters));
             }
             if number & NO_BACK != 0 {
-                hit = L::both(hit, crossing.enters);
+                hit = L::and(hit, crossing.enters);
             }
             let t = crossing.t.max(near).min(far);
-            if L::any(L::both(hit, t.le(self.t))) {
+            if L::any(L::and(hit, t.le(self.t))) {
                 let code = L::splat(part as u8 as f32);
                 self.offer::<ANY>(hit, t, t, code, number & !(NO_FRONT | NO_BACK), 0);
             }
@@ -220,8 +218,8 @@ impl<L: Wide> Group<L> {
         let enters = if number & NO_FRONT == 0 { zero.lt(near) } else { zero.lt(zero) };
         let leaves = if number & NO_BACK == 0 { zero.lt(far) } else { zero.lt(zero) };
         let t = L::select(enters, near, far);
-        let hit = L::both(met, L::either(enters, leaves));
-        if L::any(L::both(hit, t.le(self.t))) {
+        let hit = L::and(met, L::or(enters, leaves));
+        if L::any(L::and(hit, t.le(self.t))) {
             self.offer::<ANY>(hit, t, t, zero, number & !(NO_FRONT | NO_BACK), 0);
         }
     }
@@ -239,3 +237,6 @@ fn turned<L: Wide>(v: V3<L>, [x, y, z]: [usize; 3]) -> [L; 3] {
 fn pick<L: Wide>(columns: &[[f32; LANES]; 3], lane: usize) -> V3<L> {
     V3 { x: L::splat(columns[0][lane]), y: L::splat(columns[1][lane]), z: L::splat(columns[2][lane]) }
 }
+
+/// Eights of rays that go together. Four of them share more nodes and part ways more often: it comes to the same.
+pub const GROUPS: usize = 2;

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// Power that arrives at a point of a matt surface.
+/// Power that arrives at a point of a diffuse surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Photon {
     pub position: Vec3,
@@ -18,8 +18,8 @@ pub struct Photon {
 /// Photons in buckets of cells, for searches within a radius or a few times as far.
 ///
 /// Cells are as wide as the nearest search, so that it touches eight; they are hashed to as many buckets as there are
-/// photons (Teschner et al., VMV 2003). Within a bucket photons stand in the order that they were given in, so that sums
-/// over them are always taken in the same order.
+/// photons (Teschner et al., VMV 2003). Within a bucket photons stand in the order that they were given in, so that
+/// sums over them are always taken in the same order.
 #[derive(Clone, Debug, Default)]
 pub struct PhotonMap {
     /// Of the nearest search.
@@ -161,8 +161,8 @@ pub fn spacing(photons: &[Photon], count: f32) -> Option<f32> {
     (radius > 0.0 && radius < f32::INFINITY).then_some(radius)
 }
 
-/// Squared radius of a pass, counted from 0, in parts of the first one's (Knaus and Zwicker, ACM TOG 2011, equation 20):
-/// each is the one before times (i + alpha) / (i + 1), so that noise and blur of the mean both vanish.
+/// Squared radius of a pass, counted from 0, in parts of the first one's (Knaus and Zwicker, ACM TOG 2011, equation
+/// 20): each is the one before times (i + alpha) / (i + 1), so that noise and blur of the mean both vanish.
 pub fn shrinking(pass: u32) -> f64 {
     const ALPHA: f64 = 2.0 / 3.0;
     (1..=pass).fold(1.0, |square, i| square * (f64::from(i) + ALPHA) / (f64::from(i) + 1.0))

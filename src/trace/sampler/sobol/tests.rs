@@ -1,6 +1,6 @@
 use super::*;
 use crate::base::random::combine;
-use crate::trace::sampler::{Domain, Node, Sampler};
+use crate::trace::sampler::{Domain, RayNode, Sampler};
 
 #[test]
 fn the_second_coordinate_is_that_of_sobol() {
@@ -48,7 +48,7 @@ fn samples_of_a_pixel_and_of_its_neighbours_fill_all_elementary_intervals() {
                 let mut sampler = Sampler::sobol(7, [40 + pixel % side, 20 + pixel / side], samples);
                 for sample in 0..samples {
                     sampler.sample = sample;
-                    points.push(sampler.stratified(Node::CAMERA.scattered(), Domain::Bounce));
+                    points.push(sampler.stratified(RayNode::CAMERA.scattered(), Domain::Bounce));
                 }
             }
             assert!(is_net(&points), "{samples} samples, {side} x {side} pixels");
@@ -58,7 +58,7 @@ fn samples_of_a_pixel_and_of_its_neighbours_fill_all_elementary_intervals() {
 
 #[test]
 fn dimensions_are_uniform_and_uncorrelated() {
-    let node = |k: u32| (0..k).fold(Node::CAMERA, |node, _| node.scattered());
+    let node = |k: u32| (0..k).fold(RayNode::CAMERA, |node, _| node.scattered());
     let number = |sampler: &Sampler, dimension: u32| match dimension % 4 {
         0 => sampler.stratified(node(dimension / 4), Domain::Bounce)[0],
         1 => sampler.stratified(node(dimension / 4), Domain::Bounce)[1],
@@ -113,7 +113,7 @@ fn errors(mut value: impl FnMut([u32; 2], u32) -> [[f32; 2]; 2], samples: u32) -
 
 fn both(sampler: Sampler, sample: u32) -> [[f32; 2]; 2] {
     let sampler = Sampler { sample, ..sampler };
-    let node = Node::CAMERA.scattered();
+    let node = RayNode::CAMERA.scattered();
     [sampler.stratified(node, Domain::Bounce), sampler.stratified(node, Domain::Light(0))]
 }
 
@@ -130,8 +130,8 @@ fn errors_are_smaller_than_with_strata_and_blue() {
 #[test]
 fn samples_past_the_number_asked_for_are_new() {
     let mut sampler = Sampler::sobol(1, [5, 6], 16);
-    let first = sampler.stratified(Node::CAMERA, Domain::Lens);
+    let first = sampler.stratified(RayNode::CAMERA, Domain::Lens);
     sampler.sample = 16;
-    assert_ne!(sampler.stratified(Node::CAMERA, Domain::Lens), first);
+    assert_ne!(sampler.stratified(RayNode::CAMERA, Domain::Lens), first);
     assert_ne!(combine(1, 2), combine(2, 1));
 }

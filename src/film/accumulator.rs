@@ -1,0 +1,184 @@
+//! Accumulates the samples of pixels; what is made of the sums comes later.
+//!
+//! Sums can be added to in several goes (rounds of samples, slices of time) before they are resolved into means.
+
+use glam::Vec3;
+
+use super::layers::{Feature, FeatureSum};
+use crate::base::color::luminance;
+
+/// Largest value of a channel of a sample where no clamp is set: sums of as many as there can be stay inside `f32`.
+const LARGEST: f32 = 1e30;
+
+/// Sums over the samples of one pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct PixelSum {
+    color: Vec3,
+    /// As `color`, by weight; only where weights differ.
+    weighted: Vec3,
+    weight: f32,
+    count: u32,
+}
+
+/// What is accumulated, beside what every picture needs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AccumulatorOptions {
+    /// Most that a channel of a sample may be.
+    pub clamp: Option<f32>,
+    /// Whether weights have signs, and so differ.
+    pub signed: bool,
+    /// Whether the variance of the samples is wanted.
+    pub moments: bool,
+    /// Whether what the camera's rays met first is wanted.
+    pub features: bool,
+}
+
+/// Sums over the samples of the pixels of a tile.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PixelAccumulator {
+    sums: Vec<PixelSum>,
+    /// Sums of luminance and of its square; empty unless wanted.
+    moments: Vec<[f64; 2]>,
+    /// Empty unless wanted.
+    features: Vec<FeatureSum>,
+    signed: bool,
+    clamp: f32,
+}
+
+impl PixelAccumulator {
+    /// An accumulator for so many pixels, without samples.
+    pub fn new(pixels: usize, options: AccumulatorOptions) -> Self {
+        let AccumulatorOptions { clamp, signed, moments, features } = options;
+        PixelAccumulator {
+            sums: vec![PixelSum::default(); pixels],
+            moments: vec![[0.0; 2]; if moments { pixels } else { 0 }],
+            features: vec![FeatureSum::default(); if features { pixels } else { 0 }],
+            signed,
+            clamp: clamp.unwrap_or(LARGEST).min(LARGEST),
+        }
+    }
+
+    /// Memory that it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.sums) + size_of_val(&*self.moments) + size_of_val(&*self.features)
+    }
+
+    /// Takes all samples of a pixel back.
+    pub fn clear(&mut self, pixel: usize) {
+        self.sums[pixel] = PixelSum::default();
+        if let Some(moments) = self.moments.get_mut(pixel) {
+            *moments = [0.0; 2];
+        }
+        if let Some(sum) = self.features.get_mut(pixel) {
+            *sum = FeatureSum::default();
+        }
+    }
+
+    /// Adds a sample to a pixel. A colour that is no number, or infinite, counts as black.
+    #[inline]
+    pub fn add(&mut self, pixel: usize, color: Vec3, weight: f32) {
+        let color = clamped(color, self.clamp);
+        let sum = &mut self.sums[pixel];
+        sum.count += 1;
+        sum.color += color;
+        if self.signed {
+            sum.weighted += color * weight;
+            sum.weight += weight;
+        }
+        if let Some([first, second]) = self.moments.get_mut(pixel) {
+            let light = f64::from(luminance(color.to_array()));
+            *first += light;
+            *second += light * light;
+        }
+    }
+
+    /// Adds what a sample met first, if that is wanted; see [`FeatureSum::add`].
+    pub fn add_feature(&mut self, pixel: usize, feature: Option<&Feature>, off_center: f32) {
+        self.features[pixel].add(feature, off_center);
+    }
+
+    pub fn feature(&self, pixel: usize) -> Option<&FeatureSum> {
+        self.features.get(pixel)
+    }
+
+    /// Mean luminance of a pixel's samples and the variance of that mean, if it is wanted: the variance of the samples
+    /// over their number. Two samples at least are needed to tell.
+    pub fn spread(&self, pixel: usize) -> Option<[f64; 2]> {
+        let [first, second] = *self.moments.get(pixel)?;
+        let count = f64::from(self.sums[pixel].count.max(1));
+        let mean = first / count;
+        let variance = (second - first * mean).max(0.0) / (count - 1.0).max(1.0);
+        Some([mean, variance / count])
+    }
+
+    /// The linear colour of a pixel; black without samples.
+    ///
+    /// Where weights differ, the weighted mean of what the samples are apart from their plain mean is added to that:
+    /// a surface of one colour keeps it, whatever the weights of a few samples happen to add up to, and nothing is
+    /// divided by a sum that could vanish.
+    pub fn color(&self, pixel: usize) -> [f32; 3] {
+        let sum = &self.sums[pixel];
+        let count = sum.count.max(1) as f32;
+        let mean = sum.color / count;
+        if !self.signed {
+            return mean.to_array();
+        }
+        (mean + (sum.weighted - mean * sum.weight) / count).max(Vec3::ZERO).to_array()
+    }
+}
+
+/// The colour with its largest channel brought down to `most`, so that its hue stays.
+#[inline]
+fn clamped(color: Vec3, most: f32) -> Vec3 {
+    if !color.is_finite() {
+        return Vec3::ZERO;
+    }
+    let largest = color.max_element();
+    if largest > most { color * (most / largest) } else { color }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLAIN: AccumulatorOptions =
+        AccumulatorOptions { clamp: None, signed: false, moments: false, features: false };
+
+    #[test]
+    fn the_spread_is_that_of_the_samples() {
+        let mut accumulator = PixelAccumulator::new(1, AccumulatorOptions { moments: true, ..PLAIN });
+        [1.0, 2.0, 3.0, 6.0].into_iter().for_each(|x| accumulator.add(0, Vec3::splat(x), 1.0));
+        let [mean, variance] = accumulator.spread(0).unwrap();
+        // The sum of squares about the mean 3 is 14; over 3, and over 4 samples.
+        assert!((mean - 3.0).abs() < 1e-6 && (variance - 14.0 / 12.0).abs() < 1e-6, "{mean} {variance}");
+        assert_eq!(PixelAccumulator::new(1, PLAIN).spread(0), None);
+    }
+
+    #[test]
+    fn what_is_no_number_does_not_poison_a_pixel() {
+        let mut accumulator = PixelAccumulator::new(2, PLAIN);
+        for color in [Vec3::splat(f32::NAN), Vec3::new(1.0, f32::INFINITY, 0.0), Vec3::splat(3.0), Vec3::ZERO] {
+            accumulator.add(0, color, 1.0);
+        }
+        assert_eq!(accumulator.color(0), [0.75; 3]);
+        assert_eq!(accumulator.color(1), [0.0; 3]);
+        (0..65_536).for_each(|_| accumulator.add(1, Vec3::splat(f32::MAX), 1.0));
+        assert!(accumulator.color(1)[0].is_finite());
+    }
+
+    #[test]
+    fn a_clamp_keeps_hue() {
+        let mut accumulator = PixelAccumulator::new(1, AccumulatorOptions { clamp: Some(2.0), ..PLAIN });
+        accumulator.add(0, Vec3::new(8.0, 4.0, 1.0), 1.0);
+        assert_eq!(accumulator.color(0), [2.0, 1.0, 0.25]);
+    }
+
+    #[test]
+    fn one_colour_stays_whatever_the_weights() {
+        let mut accumulator = PixelAccumulator::new(1, AccumulatorOptions { signed: true, ..PLAIN });
+        for weight in [1.2, -1.2, 1.2, -1.2] {
+            accumulator.add(0, Vec3::splat(0.5), weight);
+        }
+        assert_eq!(accumulator.color(0), [0.5; 3]);
+    }
+}

@@ -1,0 +1,196 @@
+//! One wave after the other: find hits, shade them, trace their shadow rays, go on with the rays they gave rise to.
+
+use glam::Vec3;
+
+use super::photon::PhotonPass;
+use super::{path, photon, whitted};
+use crate::components::Integrator;
+use crate::trace::counters::Counters;
+use crate::trace::primitive::Tag;
+use crate::trace::sampler::{SampleSet, power_heuristic};
+use crate::trace::simd::LANES;
+use crate::trace::soa::Hit;
+use crate::trace::wavefront::{
+    BlinnPhongKernel, ClassifyKernel, EmissionFilter, LambertKernel, NO_MEDIUM, PathState, RenderContext, ShadingInput,
+    ShadowRayQueue, SurfaceInteraction, WavefrontBuffers, Worker, accumulator_slot, first_hit_feature, is_blinn_phong,
+    trace_shadow_rays,
+};
+
+/// Bins of shadow rays for lights that are chosen among: those to one light run alike.
+const BINS: usize = 32;
+
+/// Estimates the light along rays: what the frame is traced from, and what a pass of photon mapping knows of its light.
+#[derive(Clone, Copy)]
+pub struct Estimator<'a> {
+    pub context: RenderContext<'a>,
+    pub photons: Option<&'a PhotonPass>,
+}
+
+/// Traces the camera rays of these samples in the buffers and all that follow from them.
+pub fn trace(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffers, worker: &mut Worker) {
+    let Estimator { context, .. } = estimator;
+    let bins = match context.settings.integrator {
+        Integrator::Path | Integrator::Photon => context.lights.len().min(BINS),
+        // One for what shines among the primitives.
+        Integrator::Whitted | Integrator::Distribution => context.lights.lamps().len() + 1,
+    };
+    buffers.shadows.resize_with(bins, ShadowRayQueue::default);
+    for depth in 1..=context.settings.max_depth {
+        if buffers.wave.rays().is_empty() {
+            return;
+        }
+        find(context, buffers, worker);
+        if depth == 1 {
+            worker.traversal.counters.primary_hits += buffers.hits.found_count();
+        }
+        shade(estimator, samples, buffers, depth, worker);
+        for shadows in &mut buffers.shadows {
+            trace_shadow_rays(context, shadows, &mut buffers.blocked, &mut buffers.colors, worker);
+        }
+        std::mem::swap(&mut buffers.wave, &mut buffers.next);
+        buffers.next.clear();
+    }
+}
+
+fn find(context: RenderContext, buffers: &mut WavefrontBuffers, worker: &mut Worker) {
+    let WavefrontBuffers { wave, hits, .. } = buffers;
+    context.accelerator.closest_all(context.geometry, wave.rays(), &mut worker.traversal, hits);
+    if let Some(regions) = context.regions {
+        let ended = |(i, hit): (usize, Option<Hit>)| {
+            let (ray, state) = wave.get(i);
+            (ray, state.sample, hit.map_or(ray.t_max, |hit| hit.t))
+        };
+        worker.footprint.add(regions, hits.iter().enumerate().map(ended));
+    }
+}
+
+fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffers, depth: u32, worker: &mut Worker) {
+    let Estimator { context, photons } = estimator;
+    let path = context.settings.follows_paths();
+    // What the film is to know of a hit is found for each alone, and so is light of shining primitives in pictures that
+    // look for it beside that of lamps.
+    let alone = (context.settings.features && depth == 1) || photons.is_some();
+    let side_by_side = !alone && (path || context.lights.emitters().is_empty());
+    let WavefrontBuffers { wave, hits, special, .. } = &mut *buffers;
+    let lamps = path && context.lights.met(depth == 1).next().is_some();
+    context.lanes.run(ClassifyKernel { context, wave, hits, lamps, camera: depth == 1, special });
+    let mut places = std::mem::take(&mut buffers.places);
+    places.clear();
+    // Neighbours are mostly on one primitive, or at least of one material.
+    let (mut primitive, mut tag, mut usual) = (u32::MAX, Tag::default(), false);
+    let mut known = u32::MAX;
+    let counters = &mut worker.traversal.counters;
+    for i in 0..buffers.wave.rays().len() {
+        if buffers.special[i / LANES] >> (i % LANES) & 1 == 1 && !arrive(estimator, i, buffers, depth, lamps) {
+            continue;
+        }
+        let met = buffers.hits.primitive(i);
+        if met != primitive {
+            (primitive, tag) = (met, context.geometry.tag(met));
+            if tag.material != known {
+                known = tag.material;
+                let material = &context.materials[known as usize];
+                usual = side_by_side && if path { material.is_lambertian() } else { is_blinn_phong(context, material) };
+            }
+        }
+        if usual && !context.textures.is_textured(tag.entity) {
+            places.push([i as u32, tag.material]);
+        } else {
+            shade_alone(estimator, samples, i, buffers, depth, counters);
+        }
+    }
+    let WavefrontBuffers { wave, next, hits, shadows, .. } = &mut *buffers;
+    let met = ShadingInput { context, wave, hits, places: &places, samples };
+    if path {
+        context.lanes.run(LambertKernel { met, depth, shadows, next, counters });
+    } else {
+        context.lanes.run(BlinnPhongKernel { met, last: depth == context.settings.max_depth, shadows, next, counters });
+    }
+    buffers.places = places;
+}
+
+/// Adds the light that a ray meets on its way, and takes what the medium absorbs; false if it leaves the scene.
+fn arrive(estimator: Estimator, i: usize, buffers: &mut WavefrontBuffers, depth: u32, lamps: bool) -> bool {
+    let Estimator { context, .. } = estimator;
+    let WavefrontBuffers { wave, hits, colors, .. } = buffers;
+    let ((ray, mut state), hit) = (wave.get(i), hits.get(i));
+    let met = hit.map_or(f32::INFINITY, |hit| hit.t);
+    if lamps && state.emission_filter != EmissionFilter::NonPhoton {
+        path::cross_lamps(context, &ray, met, &state, depth == 1, colors);
+    }
+    if state.medium != NO_MEDIUM {
+        state.throughput *= context.materials[state.medium as usize].transmittance(met);
+        wave.set_state(i, &state);
+    }
+    if hit.is_none() {
+        let place = accumulator_slot(state.sample, context.lights.environment_group());
+        colors[place as usize] += state.throughput * environment(estimator, ray.direction, &state);
+    }
+    hit.is_some()
+}
+
+/// Shades what one ray met, of whatever material.
+fn shade_alone(
+    estimator: Estimator,
+    samples: SampleSet,
+    i: usize,
+    buffers: &mut WavefrontBuffers,
+    depth: u32,
+    counters: &mut Counters,
+) {
+    let Estimator { context, photons } = estimator;
+    let WavefrontBuffers { wave, hits, next, shadows, colors, features, .. } = buffers;
+    let Some(hit) = &hits.get(i) else { return };
+    let (ray, mut state) = wave.get(i);
+    let (ray, sampler) = (&ray, *samples.sampler(state.sample));
+    let mut surface = context.geometry.surface(ray, hit);
+    let mut material = &context.materials[surface.material as usize];
+    state.cone = state.cone.at(hit.t);
+    let textured = context.textures.evaluate(context.geometry, (ray, hit), state.cone, &mut surface, material);
+    if let Some(textured) = &textured {
+        material = textured;
+    }
+    if material.emission != Vec3::ZERO {
+        let asked = match context.settings.integrator {
+            _ if state.pdf == 0.0 && state.emission_filter != EmissionFilter::NonPhoton => 0.0,
+            Integrator::Path | Integrator::Photon => context.lights.pdf(ray, hit, &surface),
+            Integrator::Whitted | Integrator::Distribution => context.lights.pdf_emitters(ray, hit, &surface),
+        };
+        // Photons come from the lights that are sampled.
+        if state.emission_filter != EmissionFilter::NonPhoton || asked == 0.0 {
+            let place = accumulator_slot(state.sample, material.group);
+            colors[place as usize] += state.throughput * (material.emission * power_heuristic(state.pdf, asked));
+        }
+    }
+    let front = ray.direction.dot(surface.geometric_normal) < 0.0;
+    let surface = if front { surface } else { surface.flipped() };
+    let met = SurfaceInteraction { direction: ray.direction, state, surface, material, front, sampler };
+    if context.settings.features && depth == 1 {
+        features[state.sample as usize] = Some(first_hit_feature(context, &met));
+    }
+    if let Some(photons) = photons {
+        let color = &mut colors[state.sample as usize];
+        photon::shade(context, photons, &met, depth, photon::PathOutput { color, shadows, next }, counters);
+    } else if context.settings.follows_paths() {
+        path::shade(context, &met, depth, shadows, next, counters);
+    } else {
+        whitted::shade(context, &met, depth == context.settings.max_depth, shadows, next, counters);
+    }
+}
+
+/// What a ray sees that leaves the scene, by its weight. Where the environment was sampled too, both look at the same
+/// point.
+fn environment(estimator: Estimator, direction: Vec3, state: &PathState) -> Vec3 {
+    let Estimator { context, photons } = estimator;
+    match context.environment {
+        None => context.settings.background,
+        Some(sky) if state.pdf == 0.0 => sky.lookup_wide(direction, state.cone),
+        Some(sky) => {
+            let asked = match photons {
+                Some(photons) if state.emission_filter == EmissionFilter::NonPhoton => photons.non_photon(),
+                _ => context.lights,
+            };
+            sky.lookup(direction) * power_heuristic(state.pdf, asked.sky_pdf(direction))
+        }
+    }
+}

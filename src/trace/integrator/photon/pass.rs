@@ -1,0 +1,145 @@
+//! The photons of one pass, by kind and by reach.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::map::{Photon, PhotonMap, REACHES, shrinking, spacing};
+use super::tracer::{StoredPhotons, trace_photons};
+use crate::base::limits;
+use crate::base::random::combine;
+use crate::trace::counters::Counters;
+use crate::trace::light::{Lamp, Lights};
+use crate::trace::material::bsdf::Bsdf;
+use crate::trace::primitive::PrimitiveKind;
+use crate::trace::sampler::Frame;
+use crate::trace::wavefront::{RenderContext, Settings, SurfaceInteraction};
+
+/// Photons that a disk of the first radius holds, where they lie as densely as at the median of them.
+const DIFFUSE_COUNT: f32 = 48.0;
+
+const CAUSTIC_COUNT: f32 = 24.0;
+
+/// What the first pass tells the others.
+#[derive(Clone)]
+pub struct ProgressiveState {
+    /// Radii of the first pass: of caustics where they are dense, and of what diffuse surfaces have scattered.
+    pub radii: [f64; 2],
+    /// Caustics of the first pass. How far a photon is spread follows from how dense they are where it lies, so that
+    /// its power is spread in whole, and by photons that are mostly not its own pass's.
+    pub caustic: Arc<PhotonMap>,
+}
+
+/// What one pass knows of the light.
+pub struct PhotonPass {
+    /// Caustics, by how far their photons reach.
+    pub caustic: [PhotonMap; REACHES.len()],
+    /// What diffuse surfaces have scattered.
+    pub diffuse: PhotonMap,
+    pub guide: ProgressiveState,
+    /// Lamps that send no photons.
+    pub non_photon: Lights,
+    /// Whether any light is left to paths beyond the first diffuse surface.
+    pub goes_on: bool,
+}
+
+/// Photons by how far they reach, each list in their order.
+fn by_reach(photons: Vec<Photon>, guide: &PhotonMap) -> [Vec<Photon>; REACHES.len()] {
+    let reaches: Vec<usize> = photons.par_iter().map(|photon| guide.reach(photon.position, photon.normal)).collect();
+    let mut parts: [Vec<Photon>; REACHES.len()] = Default::default();
+    for (reach, photon) in reaches.into_iter().zip(photons) {
+        parts[reach].push(photon);
+    }
+    parts
+}
+
+/// As dense as the photons of a pass lie; a fortieth of the scene where that cannot be told.
+fn radii_of(landed: &StoredPhotons, scene: f32) -> [f64; 2] {
+    let diffuse = spacing(&landed.diffuse, DIFFUSE_COUNT);
+    let caustic = spacing(&landed.caustic, CAUSTIC_COUNT);
+    let either = diffuse.or(caustic).unwrap_or(scene / 40.0);
+    [caustic, diffuse].map(|radius| radius.unwrap_or(either).into())
+}
+
+impl PhotonPass {
+    /// Sends the photons of a pass, counted from 0; `None` if `cancel` was raised. The first pass makes the state of
+    /// the others.
+    pub fn new(
+        context: RenderContext,
+        pass: u32,
+        guide: Option<&ProgressiveState>,
+        cancel: &AtomicBool,
+    ) -> Option<(PhotonPass, Counters)> {
+        let Settings { photons, photon_seed, photon_radius, .. } = *context.settings;
+        let count = if context.lights.power() > 0.0 { photons } else { 0 };
+        let (landed, counters) = trace_photons(context, combine(photon_seed, u64::from(pass)), count, cancel)?;
+        let radii = match (guide, photon_radius) {
+            (Some(guide), _) => guide.radii,
+            (None, Some(radius)) => [radius; 2],
+            (None, None) => radii_of(&landed, context.geometry.bounds().size().length()),
+        };
+        let shrunk = shrinking(pass).sqrt();
+        let [caustic, diffuse] = radii.map(|first| (first * shrunk) as f32);
+        let guide = guide.cloned().unwrap_or_else(|| {
+            let caustic = Arc::new(PhotonMap::new(landed.caustic.clone(), caustic));
+            ProgressiveState { radii, caustic }
+        });
+        let mut parts = by_reach(landed.caustic, &guide.caustic);
+        let caustic = std::array::from_fn(|i| PhotonMap::new(std::mem::take(&mut parts[i]), caustic * REACHES[i]));
+        let lamps: Vec<Lamp> = context.lights.lamps().iter().filter(|lamp| !lamp.inverse_square).copied().collect();
+        let sky = context.environment.is_some() || context.settings.background != Vec3::ZERO;
+        let photons = PhotonPass {
+            caustic,
+            diffuse: PhotonMap::new(landed.diffuse, diffuse),
+            guide,
+            goes_on: sky || !lamps.is_empty() || shines_unasked(context),
+            non_photon: Lights::new(lamps, context.geometry, &[]).under(context.environment, context.geometry),
+        };
+        Some((photons, counters))
+    }
+
+    pub fn guide(&self) -> &ProgressiveState {
+        &self.guide
+    }
+
+    /// Memory that it takes, without the guide.
+    pub fn bytes(&self) -> usize {
+        self.caustic.iter().chain([&self.diffuse]).map(PhotonMap::bytes).sum()
+    }
+
+    /// Lights that send no photons.
+    pub fn non_photon(&self) -> &Lights {
+        &self.non_photon
+    }
+
+    /// Light that surfaces have sent to this one, scattered by its diffuse part towards the eye.
+    pub fn gather(&self, met: &SurfaceInteraction, bsdf: &Bsdf, frame: &Frame, wo: Vec3, most_rays: u32) -> Vec3 {
+        let normal = met.surface.geometric_normal;
+        let mut sum = Vec3::ZERO;
+        for map in self.caustic.iter().chain([&self.diffuse]) {
+            map.around(met.surface.point, normal, 1.0, |photon, share| {
+                if photon.rays <= most_rays {
+                    // Power is counted by the true normal, scattering by the smooth one.
+                    let cosine = normal.dot(photon.toward).max(LEAST_COSINE);
+                    let shown = met.surface.terminator(photon.toward);
+                    sum += bsdf.diffuse(wo, frame.to_local(photon.toward)) * photon.power * (share * shown / cosine);
+                }
+            });
+        }
+        sum
+    }
+}
+
+/// Photons that graze a surface are not trusted to tell their cosine.
+const LEAST_COSINE: f32 = 1e-3;
+
+/// Whether there are primitives that emit light and cannot be sampled.
+fn shines_unasked(context: RenderContext) -> bool {
+    let shines = |n: &u32| context.materials[context.geometry.tag(*n).material as usize].emission != Vec3::ZERO;
+    let unasked = [PrimitiveKind::Cone, PrimitiveKind::TransformedShape, PrimitiveKind::Plane];
+    context.materials.iter().any(|material| material.emission != Vec3::ZERO)
+        && (context.lights.emitters().len() >= limits::EMITTERS
+            || unasked.into_iter().any(|kind| context.geometry.range(kind).any(|n| shines(&n))))
+}

@@ -1,0 +1,24 @@
+//! How a surface scatters light: one small value per hit, with evaluation, sampling and density.
+//!
+//! Directions are unit vectors that point away from the surface, in its own [`Frame`]: z is the shading normal on the
+//! side of the viewer, so that `wo.z` is positive. `wi` lies below (z < 0) where light goes through. A value is a BSDF
+//! in the usual measure, with 1 / pi in Lambert's law: a lamp of `color` c, whose light a diffuse surface turns into
+//! `albedo * c * cosine`, has an irradiance of pi c straight before it.
+//!
+//! Light that goes through is scaled by the square of the indices' ratio where it is radiance that is followed, from
+//! the eye, and not where it is power, from a light ([`Transport`]; Veach 1997, section 5.2).
+
+mod blinn_phong;
+mod bsdf_sample;
+mod conductor;
+mod dielectric;
+mod microfacet;
+mod models;
+mod plastic;
+mod tables;
+
+pub use bsdf_sample::BsdfSample;
+pub use models::Bsdf;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,16 @@
+//! Materials: how surfaces look and scatter.
+//!
+//! | room | |
+//! |---|---|
+//! | `params` | [`ShadingParams`]: a material with every weight multiplied out |
+//! | `fresnel` | mirrors and glass: reflection, refraction, Fresnel's shares |
+//! | [`bsdf`] | a file each: Blinn-Phong, conductor, dielectric, plastic |
+//! | [`texture`] | image and procedural textures, ray cones, bump and normal maps |
+
+pub mod bsdf;
+mod fresnel;
+mod params;
+pub mod texture;
+
+pub use fresnel::{TransportMode, behind, fresnel, reflect, refract, scale, share};
+pub use params::ShadingParams;

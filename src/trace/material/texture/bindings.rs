@@ -1,0 +1,307 @@
+//! Textures ready to be looked up, and which entities have any.
+
+use std::sync::Arc;
+
+use glam::{Mat3, Vec3};
+
+use super::image::{Edges, ImageSampler};
+use super::pattern::PatternSampler;
+use super::perturb_normal;
+use super::ray_cone::RayCone;
+use crate::base::color::luminance;
+use crate::base::math::sin_cos_degrees;
+use crate::components::{MipMap, Pattern, Space, Texture};
+use crate::trace::material::ShadingParams;
+use crate::trace::primitive::{Geometry, ObjectSpace, SurfacePoint, SurfaceUv};
+use crate::trace::soa::{Hit, Ray};
+
+/// Where a texture gets its colours from.
+#[derive(Clone, Debug, PartialEq)]
+enum TexelSource {
+    MipMap(Arc<MipMap>, ImageSampler),
+    Pattern(PatternSampler),
+}
+
+/// One texture, ready to be looked up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TextureLayer {
+    source: TexelSource,
+    space: Space,
+    /// From the coordinates of its space to its own.
+    linear: Mat3,
+    offset: Vec3,
+    tint: Vec3,
+    depth: Option<f32>,
+}
+
+/// A footprint beyond all numbers, in texture coordinates.
+const ENDLESS: f32 = 1e9;
+
+impl TextureLayer {
+    /// `picture` is the one that the texture names, if it names one.
+    pub fn new(texture: &Texture, picture: Option<Arc<MipMap>>) -> Self {
+        let sheet = ImageSampler { wrap: texture.wrap, filter: texture.filter };
+        let source = match picture {
+            Some(picture) => TexelSource::MipMap(picture, sheet),
+            None => TexelSource::Pattern(PatternSampler::new(texture, texture.pattern.unwrap_or(Pattern::Checker))),
+        };
+        let (sin, cos) = sin_cos_degrees(texture.rotation);
+        let (sin, cos) = (sin as f32, cos as f32);
+        let rotation = Mat3::from_cols(Vec3::new(cos, sin, 0.0), Vec3::new(-sin, cos, 0.0), Vec3::Z);
+        TextureLayer {
+            source,
+            space: texture.layout(),
+            linear: rotation * Mat3::from_diagonal(texture.scale.0.as_vec3()),
+            offset: texture.offset.0.as_vec3(),
+            tint: texture.tint.as_vec3(),
+            depth: texture.depth.map(|x| x as f32),
+        }
+    }
+
+    /// The colour at a spot.
+    fn color(&self, spot: &TextureContext) -> Vec3 {
+        self.tint * self.at(spot, self.coordinates(spot), self.axes(spot))
+    }
+
+    /// Texture coordinates of a spot.
+    fn coordinates(&self, spot: &TextureContext) -> Vec3 {
+        let p = match self.space {
+            Space::Uv => spot.uv.uv.extend(0.0),
+            Space::Object => spot.frame.map.local(spot.point),
+            Space::World => spot.point,
+        };
+        let p = self.linear * p + self.offset;
+        if p.is_finite() { p } else { Vec3::ZERO }
+    }
+
+    /// Axes of the spot's footprint in texture coordinates.
+    fn axes(&self, spot: &TextureContext) -> [Vec3; 2] {
+        spot.axes.map(|a| {
+            let a = match self.space {
+                Space::Uv => spot.uv.along(a).extend(0.0),
+                Space::Object => spot.frame.map.to_local * a,
+                Space::World => a,
+            };
+            let a = self.linear * a;
+            if a.is_finite() { a } else { Vec3::splat(ENDLESS) }
+        })
+    }
+
+    /// Gradients of the texture coordinates along the surface, per world unit.
+    fn gradients(&self, spot: &TextureContext) -> [Vec3; 3] {
+        let flat = |g: Vec3| g - spot.normal * spot.normal.dot(g);
+        let of_space = match self.space {
+            Space::Uv => [spot.uv.gradients[0], spot.uv.gradients[1], Vec3::ZERO],
+            Space::Object => spot.frame.map.to_local.transpose().to_cols_array_2d().map(|c| flat(Vec3::from_array(c))),
+            Space::World => [flat(Vec3::X), flat(Vec3::Y), flat(Vec3::Z)],
+        };
+        let rows = self.linear.transpose().to_cols_array_2d();
+        rows.map(|r| of_space[0] * r[0] + of_space[1] * r[1] + of_space[2] * r[2])
+    }
+
+    fn at(&self, spot: &TextureContext, p: Vec3, axes: [Vec3; 2]) -> Vec3 {
+        match &self.source {
+            TexelSource::MipMap(picture, sheet) => {
+                sheet.color(picture, p.truncate(), axes.map(Vec3::truncate), self.edges(spot))
+            }
+            TexelSource::Pattern(motif) => motif.color(p, axes),
+        }
+    }
+
+    /// Where the surface's coordinates end, in those of the texture; nowhere if they are turned against each other.
+    fn edges(&self, spot: &TextureContext) -> Edges {
+        let m = &self.linear;
+        let turned = m.x_axis.y != 0.0 || m.y_axis.x != 0.0;
+        std::array::from_fn(|k| {
+            let (low, high) = (self.offset[k], self.offset[k] + m.col(k)[k]);
+            (spot.uv.ends[k] && !turned).then_some([low.min(high), low.max(high)])
+        })
+    }
+
+    /// Gradient of the luminance along the surface, by differences over the footprint, or over a texel if that is more.
+    fn slope(&self, spot: &TextureContext) -> Vec3 {
+        let (p, axes, gradients) = (self.coordinates(spot), self.axes(spot), self.gradients(spot));
+        let least = match &self.source {
+            TexelSource::MipMap(picture, _) => {
+                let level = &picture.levels[0];
+                Vec3::new(0.5 / level.width as f32, 0.5 / level.height as f32, 1.0)
+            }
+            TexelSource::Pattern(_) => Vec3::splat(1e-3),
+        };
+        let mut sum = Vec3::ZERO;
+        for k in 0..3 {
+            if gradients[k] == Vec3::ZERO {
+                continue;
+            }
+            let reach = (axes[0][k].abs().max(axes[1][k].abs()) * 0.5).clamp(least[k], 0.5_f32.max(least[k]));
+            let mut step = Vec3::ZERO;
+            step[k] = reach;
+            let height = |p: Vec3| luminance((self.tint * self.at(spot, p, axes)).to_array());
+            sum += gradients[k] * ((height(p + step) - height(p - step)) / (2.0 * reach));
+        }
+        sum
+    }
+}
+
+/// The maps of a material, and the texture of the entity that has it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TextureSet {
+    /// All are multiplied with the colour.
+    pub color: Vec<TextureLayer>,
+    pub specular: Option<TextureLayer>,
+    pub roughness: Option<TextureLayer>,
+    pub bump: Option<TextureLayer>,
+    pub normal: Option<TextureLayer>,
+}
+
+impl TextureSet {
+    pub fn is_empty(&self) -> bool {
+        self.layers().next().is_none()
+    }
+
+    fn layers(&self) -> impl Iterator<Item = &TextureLayer> {
+        let single = [&self.specular, &self.roughness, &self.bump, &self.normal];
+        self.color.iter().chain(single.into_iter().flatten())
+    }
+
+    /// Whether texture coordinates are needed.
+    fn wants_uv(&self) -> bool {
+        self.layers().any(|layer| layer.space == Space::Uv)
+    }
+}
+
+/// The textures of an entity, and the space that they stand in.
+#[derive(Clone, Debug, PartialEq)]
+struct TextureBinding {
+    frame: ObjectSpace,
+    /// World units per local unit, on the whole.
+    unit: f32,
+    /// Whether the vertices of its mesh have colours.
+    colored: bool,
+    /// Number of a material, and index of the texture set that goes with it.
+    first: [u32; 2],
+    /// As `first`, for entities of several materials.
+    others: Vec<[u32; 2]>,
+}
+
+impl TextureBinding {
+    /// Index of the texture set that goes with a material.
+    #[inline]
+    fn set(&self, material: u32) -> Option<u32> {
+        let mut all = std::iter::once(&self.first).chain(&self.others);
+        all.find(|[known, _]| *known == material).map(|[_, set]| *set)
+    }
+}
+
+/// Which entities have which textures.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TextureBindings {
+    /// Index of the binding by entity, as far as any has one.
+    by_entity: Vec<u32>,
+    skins: Vec<TextureBinding>,
+    dresses: Vec<(TextureSet, bool)>,
+}
+
+/// Number of no binding.
+const BARE: u32 = u32::MAX;
+
+/// A point with all that textures depend on.
+struct TextureContext<'a> {
+    point: Vec3,
+    /// Geometric.
+    normal: Vec3,
+    /// Axes of the footprint, world space.
+    axes: [Vec3; 2],
+    uv: SurfaceUv,
+    frame: &'a ObjectSpace,
+}
+
+impl TextureBindings {
+    /// Adds a set that entities can be bound to; gives its number.
+    pub fn add(&mut self, dress: TextureSet) -> u32 {
+        let wants_uv = dress.wants_uv();
+        self.dresses.push((dress, wants_uv));
+        self.dresses.len() as u32 - 1
+    }
+
+    /// Binds an entity that stands in this space to a texture set, where it is made of a material; `colored` says
+    /// whether the vertices of its mesh have colours.
+    pub fn put(&mut self, entity: u32, material: u32, frame: &ObjectSpace, colored: bool, set: u32) {
+        let at = entity as usize;
+        if self.by_entity.len() <= at {
+            self.by_entity.resize(at + 1, BARE);
+        }
+        if let Some(binding) = self.skins.get_mut(self.by_entity[at] as usize) {
+            if binding.set(material).is_none() {
+                binding.others.push([material, set]);
+            }
+            return;
+        }
+        self.by_entity[at] = self.skins.len() as u32;
+        let unit = libm::cbrtf(frame.map.to_world.determinant().abs());
+        let first = [material, set];
+        self.skins.push(TextureBinding { frame: *frame, unit, colored, first, others: Vec::new() });
+    }
+
+    /// Whether what the entity is made of has maps.
+    #[inline]
+    pub fn is_textured(&self, entity: u32) -> bool {
+        self.by_entity.get(entity as usize).is_some_and(|skin| (*skin as usize) < self.skins.len())
+    }
+
+    /// The material of the point that a ray met, and its normal bent, if the entity has any textures.
+    ///
+    /// `surface` faces outwards, `cone` is that of the ray at its end, `base` the material without maps.
+    #[inline]
+    pub fn evaluate(
+        &self,
+        geometry: &Geometry,
+        (ray, hit): (&Ray, &Hit),
+        cone: RayCone,
+        surface: &mut SurfacePoint,
+        base: &ShadingParams,
+    ) -> Option<ShadingParams> {
+        let skin = self.skins.get(*self.by_entity.get(surface.entity as usize)? as usize)?;
+        let set = skin.set(surface.material)?;
+        Some(self.evaluate_binding(geometry, (ray, hit), cone, surface, (skin, set, base)))
+    }
+
+    #[inline(never)]
+    fn evaluate_binding(
+        &self,
+        geometry: &Geometry,
+        (ray, hit): (&Ray, &Hit),
+        cone: RayCone,
+        surface: &mut SurfacePoint,
+        (skin, set, base): (&TextureBinding, u32, &ShadingParams),
+    ) -> ShadingParams {
+        let (dress, wants_uv) = &self.dresses[set as usize];
+        let normal = surface.geometric_normal;
+        let spot = TextureContext {
+            point: surface.point,
+            normal,
+            axes: cone.footprint(ray.direction, normal),
+            uv: if *wants_uv { geometry.surface_uv(hit, surface, &skin.frame) } else { SurfaceUv::default() },
+            frame: &skin.frame,
+        };
+        let own = if skin.colored { geometry.vertex_color(hit).truncate() } else { Vec3::ONE };
+        let color = dress.color.iter().fold(own, |c, layer| c * layer.color(&spot));
+        let specular = dress.specular.as_ref().map_or(Vec3::ONE, |layer| layer.color(&spot));
+        let roughness = dress.roughness.as_ref().map_or(1.0, |layer| luminance(layer.color(&spot).to_array()));
+        let before = surface.shading_normal;
+        let mut bent = before;
+        if let Some(layer) = &dress.normal {
+            let texel = layer.at(&spot, layer.coordinates(&spot), layer.axes(&spot));
+            let [gu, gv, _] = layer.gradients(&spot);
+            bent = perturb_normal::mapped(bent, texel, layer.depth.unwrap_or(1.0), [gu, gv]);
+        }
+        if let Some(layer) = &dress.bump {
+            let height = layer.depth.unwrap_or(Texture::DEPTH as f32) * skin.unit;
+            bent = perturb_normal::displaced(bent, layer.slope(&spot) * height);
+        }
+        if bent != before {
+            surface.perturb_normal(bent, ray.direction);
+        }
+        base.mapped(color, specular, roughness)
+    }
+}

@@ -1,0 +1,87 @@
+//! Hits that are shaded side by side, eight at a time.
+
+use super::context::RenderContext;
+use super::interaction::LEAST_FACING;
+use super::path_state::PathStateLanes;
+use super::ray_queue::RayQueue;
+use crate::trace::primitive::{HitLanes, SurfacePointLanes};
+use crate::trace::sampler::{SampleLanes, SampleSet};
+use crate::trace::simd::{LANES, V3, Wide, lanes_to_bits, set_lane};
+use crate::trace::soa::Hits;
+
+/// A hit that is shaded beside others: indices of its ray and of its material.
+pub type ShadingEntry = [u32; 2];
+
+/// What a wave met, and which of it is shaded side by side.
+#[derive(Clone, Copy)]
+pub struct ShadingInput<'a> {
+    pub context: RenderContext<'a>,
+    pub wave: &'a RayQueue,
+    pub hits: &'a Hits,
+    pub places: &'a [ShadingEntry],
+    pub samples: SampleSet<'a>,
+}
+
+/// Eight hits, the last ones repeated where there are fewer.
+pub struct ShadingBatch<'a, L> {
+    /// Cones are those at the hits.
+    pub states: PathStateLanes<L>,
+    /// Of the rays.
+    pub direction: V3<L>,
+    /// Facing the rays.
+    pub points: SurfacePointLanes<L>,
+    /// The normal that light is counted about on paths.
+    pub normal: V3<L>,
+    pub materials: [u32; LANES],
+    pub albedo: V3<L>,
+    pub samples: SampleLanes<'a>,
+    /// A bit for each lane that is in use.
+    pub used: u32,
+}
+
+impl<'a> ShadingInput<'a> {
+    #[inline(always)]
+    pub fn group<L: Wide>(&self, places: &[ShadingEntry]) -> ShadingBatch<'a, L> {
+        let (context, wave) = (self.context, self.wave);
+        let (mut rays, mut materials) = ([0; LANES], [0; LANES]);
+        let mut albedo = [[0.0; LANES]; 3];
+        // A loop, not functions of arrays: see `Kernel::run`.
+        for i in 0..LANES {
+            let [ray, material] = places[i.min(places.len() - 1)];
+            (rays[i], materials[i]) = (ray as usize, material);
+            set_lane(&mut albedo, i, context.materials[material as usize].diffuse);
+        }
+        let (mut states, origin, direction, hits): (PathStateLanes<L>, V3<L>, V3<L>, [L; 5]);
+        if places.len() == LANES && rays[LANES - 1] - rays[0] == LANES - 1 {
+            let first = rays[0];
+            (origin, direction) = (wave.rays().origins(first), wave.rays().directions(first));
+            (states, hits) = (wave.states(first), self.hits.rows(first));
+        } else {
+            (origin, direction, _) = wave.rays().gathered(&rays);
+            (states, hits) = (wave.states_of(&rays), self.hits.gathered(&rays));
+        }
+        let [t, u, v, primitive, element] = hits;
+        let points = context.geometry.surfaces(&HitLanes {
+            origin,
+            direction,
+            t,
+            u,
+            v,
+            primitives: lanes_to_bits(primitive),
+            elements: lanes_to_bits(element),
+        });
+        let points = points.facing(direction);
+        states.width = states.width + states.spread * t;
+        let trusted = points.shading_normal.dot(direction).lt(L::splat(-LEAST_FACING));
+        ShadingBatch {
+            direction,
+            normal: V3::select(trusted, points.shading_normal, points.geometric_normal),
+            points,
+            materials,
+            albedo: V3::load(&albedo),
+            samples: self.samples.eight(lanes_to_bits(states.samples), states.each_node()),
+            states,
+            used: (1 << places.len()) - 1,
+        }
+    }
+}

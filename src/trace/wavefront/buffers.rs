@@ -1,0 +1,73 @@
+//! Memory of the waves, kept from batch to batch.
+
+use glam::Vec3;
+
+use super::batch::ShadingEntry;
+use super::path_state::PathStateLanes;
+use super::ray_queue::RayQueue;
+use super::shadow_ray_queue::{BATCH, ShadowRayQueue};
+use crate::film::Feature;
+use crate::trace::material::texture::RayCone;
+use crate::trace::simd::{LANES, V3, Wide};
+use crate::trace::soa::Hits;
+
+/// A sample's part in its pixel.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FilterSample {
+    pub weight: f32,
+    /// Square of its distance from the pixel's centre.
+    pub off_center: f32,
+}
+
+/// Memory of the waves, kept from batch to batch.
+#[derive(Debug, Default)]
+pub struct WavefrontBuffers {
+    pub wave: RayQueue,
+    pub next: RayQueue,
+    pub hits: Hits,
+    /// By eights of rays: which of them are to be looked at before they are shaded.
+    pub special: Vec<u8>,
+    pub blocked: Vec<bool>,
+    /// By light.
+    pub shadows: Vec<ShadowRayQueue>,
+    /// Hits that are shaded side by side.
+    pub places: Vec<ShadingEntry>,
+    /// Colour of each sample, light group by light group: see [`super::accumulator_slot`].
+    pub colors: Vec<Vec3>,
+    /// Numbers of the samples, see [`SampleSet`].
+    pub numbers: Vec<u32>,
+    /// Where each sample lies in its pixel.
+    pub filter_samples: Vec<FilterSample>,
+    /// What the camera ray of each sample met; empty unless the film wants it.
+    pub features: Vec<Option<Feature>>,
+}
+
+impl WavefrontBuffers {
+    pub fn begin(&mut self, samples: usize, passes: usize, features: bool) {
+        self.wave.clear();
+        self.filter_samples.clear();
+        self.features.clear();
+        self.features.resize(if features { samples } else { 0 }, None);
+        self.colors.clear();
+        self.colors.resize((passes - 1) * BATCH + samples, Vec3::ZERO);
+    }
+
+    /// Adds the camera rays of the next samples, one for each filter sample.
+    #[inline(always)]
+    pub fn start<L: Wide>(&mut self, origin: V3<L>, direction: V3<L>, cone: RayCone, filter_samples: &[FilterSample]) {
+        let first = self.filter_samples.len() as u32;
+        let mut samples = [0; LANES];
+        for (i, sample) in samples.iter_mut().enumerate() {
+            *sample = first + i as u32;
+        }
+        self.wave.compress_store(
+            (1 << filter_samples.len()) - 1,
+            origin,
+            direction,
+            &PathStateLanes::first(&samples, cone),
+        );
+        for filter_sample in filter_samples {
+            self.filter_samples.push(*filter_sample);
+        }
+    }
+}

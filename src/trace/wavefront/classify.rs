@@ -1,0 +1,41 @@
+//! Which rays of a wave are looked at one by one before what they met is shaded.
+
+use super::context::RenderContext;
+use super::ray_queue::RayQueue;
+use crate::trace::simd::{Kernel, LANES, Wide};
+use crate::trace::soa::Hits;
+
+/// Finds rays that left the scene, ran through a medium that absorbs light, or crossed a lamp: a bit for each in the
+/// byte of its eight.
+pub struct ClassifyKernel<'a> {
+    pub context: RenderContext<'a>,
+    pub wave: &'a RayQueue,
+    pub hits: &'a Hits,
+    /// Whether lamps are met on the way, and whether by rays of the camera.
+    pub lamps: bool,
+    pub camera: bool,
+    pub special: &'a mut Vec<u8>,
+}
+
+impl Kernel for ClassifyKernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Wide>(self) {
+        let ClassifyKernel { context, wave, hits, lamps, camera, special } = self;
+        special.clear();
+        for first in (0..wave.rays().len()).step_by(LANES) {
+            let (medium, found) = (wave.media::<L>(first), hits.found::<L>(first));
+            // What is clear is NaN.
+            let mut odd = L::or(L::not(found), L::not(medium.ne(medium)));
+            if lamps {
+                let end = L::select(found, hits.distances(first), L::splat(f32::INFINITY));
+                let (origin, direction) = (wave.rays().origins(first), wave.rays().directions(first));
+                for (_, lamp) in context.lights.met(camera) {
+                    odd = L::or(odd, lamp.crossed(origin, direction, end).1);
+                }
+            }
+            special.push(L::bits(odd) as u8);
+        }
+    }
+}

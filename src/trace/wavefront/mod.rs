@@ -1,0 +1,44 @@
+//! Rays in waves: queues, and what happens to all rays of a queue at once. What a hit gives rise to is decided above,
+//! in [`super::integrator`].
+//!
+//! | file | |
+//! |---|---|
+//! | `context` | [`RenderContext`]: everything that a frame is traced from; [`Settings`], resolved |
+//! | `worker`, `buffers` | what one thread owns |
+//! | `path_state`, `ray_queue` | what a ray carries, and rays on their way |
+//! | `camera_rays` | the first rays of samples |
+//! | `classify` | which rays want a look of their own |
+//! | `interaction`, `batch` | hits to be shaded: one, and eight side by side |
+//! | `lambert`, `blinn_phong` | shading in lanes: paths, and Whitted and distribution pictures |
+//! | `shadow_ray_queue`, `shadow_rays` | shadow rays, and what gets through |
+//! | `feature` | what a camera ray meets first, for the film's layers |
+
+mod batch;
+mod blinn_phong;
+mod buffers;
+mod camera_rays;
+mod classify;
+mod context;
+mod feature;
+mod interaction;
+mod lambert;
+mod path_state;
+mod ray_queue;
+mod shadow_ray_queue;
+mod shadow_rays;
+mod worker;
+
+pub use batch::ShadingInput;
+pub use blinn_phong::{BlinnPhongKernel, is_blinn_phong};
+pub use buffers::WavefrontBuffers;
+pub use camera_rays::CameraRayKernel;
+pub use classify::ClassifyKernel;
+pub use context::{LightSampling, Noise, RenderContext, Settings};
+pub use feature::first_hit_feature;
+pub use interaction::SurfaceInteraction;
+pub use lambert::{LambertKernel, MIN_ROULETTE_DEPTH};
+pub use path_state::{EmissionFilter, NO_MEDIUM, PathState};
+pub use ray_queue::RayQueue;
+pub use shadow_ray_queue::{BATCH, ShadowRayQueue, accumulator_slot};
+pub use shadow_rays::trace_shadow_rays;
+pub use worker::Worker;

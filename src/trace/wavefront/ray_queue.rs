@@ -1,0 +1,132 @@
+//! Rays on their way with their path states, column by column.
+
+use super::path_state::{PathState, PathStateLanes};
+use crate::trace::simd::{LANES, V3, Wide};
+use crate::trace::soa::{Columns, Ray, Rays};
+
+/// Rays on their way, and their path states.
+#[derive(Debug, Default)]
+pub struct RayQueue {
+    rays: Rays,
+    states: Columns<11>,
+}
+
+impl RayQueue {
+    #[inline]
+    pub fn push(&mut self, ray: Ray, state: PathState) {
+        self.rays.push(ray);
+        self.states.push(state.row());
+    }
+
+    /// Adds the endless rays of the lanes that have a bit.
+    #[inline(always)]
+    pub fn compress_store<L: Wide>(&mut self, which: u32, origin: V3<L>, direction: V3<L>, states: &PathStateLanes<L>) {
+        self.rays.compress_store(which, origin, direction, L::splat(f32::INFINITY));
+        self.states.compress_store(which, &states.rows());
+    }
+
+    pub fn rays(&self) -> &Rays {
+        &self.rays
+    }
+
+    #[inline(always)]
+    pub fn get(&self, i: usize) -> (Ray, PathState) {
+        (self.rays.get(i), self.state(i))
+    }
+
+    #[inline(always)]
+    pub fn state(&self, i: usize) -> PathState {
+        PathState::of_row(self.states.row(i))
+    }
+
+    pub fn set_state(&mut self, i: usize, state: &PathState) {
+        self.states.set(i, state.row());
+    }
+
+    /// Of the eight rays from number `i` on.
+    #[inline(always)]
+    pub fn states<L: Wide>(&self, i: usize) -> PathStateLanes<L> {
+        PathStateLanes::of_rows(self.states.rows(i))
+    }
+
+    /// Of rays anywhere.
+    #[inline(always)]
+    pub fn states_of<L: Wide>(&self, numbers: &[usize; LANES]) -> PathStateLanes<L> {
+        PathStateLanes::of_rows(self.states.gathered(numbers))
+    }
+
+    /// Media of the eight rays from number `i` on.
+    #[inline(always)]
+    pub fn media<L: Wide>(&self, i: usize) -> L {
+        self.states.eight(9, i)
+    }
+
+    pub fn clear(&mut self) {
+        self.rays.clear();
+        self.states.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::trace::material::texture::RayCone;
+    use crate::trace::sampler::RayNode;
+    use crate::trace::simd::{Kernel, Width};
+    use crate::trace::wavefront::path_state::{EmissionFilter, NO_MEDIUM};
+
+    fn state(i: u32) -> PathState {
+        let x = i as f32;
+        PathState {
+            node: if i.is_multiple_of(3) {
+                RayNode::CAMERA.scattered()
+            } else {
+                RayNode::CAMERA.reflected().refracted()
+            },
+            sample: 7 * i,
+            throughput: Vec3::new(x, 0.5 * x, -x),
+            cone: RayCone { width: 0.1 * x, spread: 0.01 * x },
+            pdf: 2.0 * x,
+            medium: if i.is_multiple_of(2) { NO_MEDIUM } else { i },
+            emission_filter: [EmissionFilter::All, EmissionFilter::DirectOnly, EmissionFilter::NonPhoton]
+                [i as usize % 3],
+        }
+    }
+
+    fn ray(i: u32) -> Ray {
+        Ray::new(Vec3::splat(i as f32), Vec3::X)
+    }
+
+    struct Copy<'a>(&'a RayQueue, &'a mut RayQueue);
+
+    impl Kernel for Copy<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<L: Wide>(self) {
+            let (from, to) = (self.0, self.1);
+            let (origin, direction) = (from.rays().origins::<L>(2), from.rays().directions(2));
+            let states = from.states::<L>(2);
+            to.compress_store(0b1010_0110, origin, direction, &states.at(&states.each_node()));
+            let turned = [9, 8, 7, 6, 5, 4, 3, 2];
+            to.compress_store(0xff, origin, direction, &from.states_of::<L>(&turned));
+        }
+    }
+
+    #[test]
+    fn errands_are_the_same_in_rows_and_in_lanes() {
+        let mut wave = RayQueue::default();
+        (0..10).for_each(|i| wave.push(ray(i), state(i)));
+        assert!((0..10).all(|i| wave.get(i as usize) == (ray(i), state(i))));
+        for width in Width::all() {
+            let mut copy = RayQueue::default();
+            width.run(Copy(&wave, &mut copy));
+            let got: Vec<_> = (0..copy.rays().len()).map(|i| copy.get(i)).collect();
+            let some = [3, 4, 7, 9].map(|i| (ray(i), state(i)));
+            let turned = (2..10).map(|i| (ray(i), state(11 - i)));
+            assert_eq!(got, some.into_iter().chain(turned).collect::<Vec<_>>(), "{width:?}");
+        }
+    }
+}

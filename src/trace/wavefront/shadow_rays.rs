@@ -1,0 +1,65 @@
+//! Shadow rays: what gets through is added to its sample.
+
+use glam::Vec3;
+
+use super::context::RenderContext;
+use super::shadow_ray_queue::{ShadowRayQueue, slot_sample};
+use super::worker::Worker;
+use crate::trace::soa::Ray;
+
+/// Traces the shadow rays towards a light and adds what gets through.
+pub fn trace_shadow_rays(
+    context: RenderContext,
+    shadows: &mut ShadowRayQueue,
+    blocked: &mut Vec<bool>,
+    colors: &mut [Vec3],
+    worker: &mut Worker,
+) {
+    let rays = &shadows.rays;
+    worker.traversal.counters.shadow_rays += rays.len() as u64;
+    if let Some(regions) = context.regions {
+        let rays = rays.iter().enumerate().map(|(i, ray)| (ray, slot_sample(shadows.contribution(i).0), ray.t_max));
+        worker.footprint.add(regions, rays);
+    }
+    let mut hits = 0;
+    if context.settings.transparent_shadows {
+        for (i, ray) in rays.iter().enumerate() {
+            let (place, contribution) = shadows.contribution(i);
+            let share = visibility(context, ray, shadows.target(i), slot_sample(place), worker);
+            hits += u64::from(share == 0.0);
+            colors[place as usize] += contribution * share;
+        }
+    } else {
+        context.accelerator.occluded_all(context.geometry, rays, &mut worker.traversal, blocked);
+        // In the order of the wave, whatever order the rays were traced in.
+        for (i, blocked) in blocked.iter().enumerate() {
+            hits += u64::from(*blocked);
+            if !blocked {
+                let (place, contribution) = shadows.contribution(i);
+                colors[place as usize] += contribution;
+            }
+        }
+    }
+    worker.traversal.counters.shadow_hits += hits;
+    shadows.clear();
+}
+
+/// Share of light that gets along the ray to `target`, dimmed by each transparent surface on its way.
+fn visibility(context: RenderContext, mut ray: Ray, target: Vec3, sample: u32, worker: &mut Worker) -> f32 {
+    let mut share = 1.0;
+    while let Some(hit) = context.accelerator.closest(context.geometry, &ray, &mut worker.traversal) {
+        let surface = context.geometry.surface(&ray, &hit);
+        share *= context.materials[surface.material as usize].transmission;
+        let origin = surface.offset_origin(ray.direction);
+        let rest = (target - origin).dot(ray.direction);
+        // A ray that does not get ahead has reached the light, as far as `f32` can tell.
+        if share == 0.0 || rest <= 0.0 || rest >= ray.t_max {
+            break;
+        }
+        ray = Ray { origin, t_max: rest, ..ray };
+        if let Some(regions) = context.regions {
+            worker.footprint.add(regions, std::iter::once((ray, sample, rest)));
+        }
+    }
+    share
+}
