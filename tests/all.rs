@@ -1,5 +1,7 @@
 //! All integration tests, in one binary.
 
+#[path = "all/assets.rs"]
+mod assets;
 #[path = "all/errors.rs"]
 mod errors;
 #[path = "all/exact.rs"]

@@ -52,7 +52,7 @@ fn double(c: char) -> Option<(&'static str, &'static str)> {
         '，' | '、' => ("a wide comma", "a plain `,`"),
         '．' => ("a wide point", "a plain `.`"),
         '：' => ("a wide colon", "a plain `:`"),
-        '；' | ';' => ("a wide semicolon", "a plain `;`"),
+        '；' | '\u{37e}' => ("a wide semicolon", "a plain `;`"),
         '（' | '）' | '［' | '］' | '｛' | '｝' => ("a wide bracket", "a plain bracket"),
         '×' => ("a multiplication sign", "`*`"),
         _ => return None,

@@ -86,7 +86,7 @@ impl Notes {
         self.0.append(&mut other.0);
     }
 
-    /// The warnings, with how often there was reason for them.
+    /// The warnings in the order of the file, with how often there was reason for them.
     pub fn into_warnings(self) -> Vec<Diagnostic> {
         let told = |Note { count, mut warning, .. }: Note| {
             if count > 1 {
@@ -94,7 +94,9 @@ impl Notes {
             }
             warning
         };
-        self.0.into_iter().map(told).collect()
+        let mut warnings: Vec<Diagnostic> = self.0.into_iter().map(told).collect();
+        warnings.sort_by_key(|warning| warning.place.as_ref().map(|place| (place.line, place.column)));
+        warnings
     }
 }
 

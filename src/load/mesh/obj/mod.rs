@@ -188,16 +188,17 @@ impl<'a> Reader<'a> {
             _ if !faces => self.pass_over(),
             b"f" | b"fo" => self.face(start, notes),
             _ => {
-                self.other(word, start, notes);
-                Ok(())
+                // Only what is known counts as a sign that this is an OBJ file at all.
+                self.statements += u64::from(self.other(word, start, notes));
+                return Ok(());
             }
         }?;
         self.statements += 1;
         Ok(())
     }
 
-    /// Statements that are neither points nor faces.
-    fn other(&mut self, word: &[u8], start: usize, notes: &mut Notes) {
+    /// Statements that are neither points nor faces; whether it is one that is known.
+    fn other(&mut self, word: &[u8], start: usize, notes: &mut Notes) -> bool {
         let now = self.triangles.len() as u32;
         match word {
             b"usemtl" => {
@@ -224,8 +225,9 @@ impl<'a> Reader<'a> {
                 self.cursor.skip_line();
                 self.step_back();
             }
-            _ => self.unknown(word, start, notes),
+            _ => return self.unused(word, start, notes),
         }
+        true
     }
 
     /// The rest of the line as text, and where it stands.
@@ -234,7 +236,7 @@ impl<'a> Reader<'a> {
         (decode(&self.source.bytes[start..end]), [start, end])
     }
 
-    fn unknown(&mut self, word: &[u8], start: usize, notes: &mut Notes) {
+    fn unused(&mut self, word: &[u8], start: usize, notes: &mut Notes) -> bool {
         let name = decode(word);
         let known = UNUSED.contains(&name.as_str());
         notes.add(&name, || {
@@ -248,12 +250,9 @@ impl<'a> Reader<'a> {
             };
             self.source.error(start, start + word.len(), message).into_warning()
         });
-        // Only what is known counts as a sign that this is an OBJ file at all.
-        if !known {
-            self.statements = self.statements.wrapping_sub(1);
-        }
         self.cursor.skip_line();
         self.step_back();
+        known
     }
 
     /// Back before the line end that was just passed, where statements end.
