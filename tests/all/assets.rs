@@ -33,12 +33,12 @@ fn faces_wear_what_their_library_says_unless_the_scene_says_otherwise() {
         let picture = picture(&desk, &stage(entity, materials));
         [at(&picture, 30, 32), at(&picture, 18, 16)]
     };
-    let clay = "\"clay\": (color: (0.5, 0.5, 0.5))";
+    let clay = "\"clay\": (color: (0.2, 0.2, 0.2))";
     assert_eq!(look("mesh: (file: \"two.obj\"), material: \"clay\"", clay), [[255, 0, 0], [0, 255, 0]]);
     let own = format!("{clay}, \"green\": (color: (0, 0, 1))");
     assert_eq!(look("mesh: (file: \"two.obj\"), material: \"clay\"", &own), [[255, 0, 0], [0, 0, 255]]);
     let plain = "mesh: (file: \"two.obj\", file_materials: false), material: \"clay\"";
-    assert_eq!(look(plain, clay), [[128; 3]; 2]);
+    assert_eq!(look(plain, clay), [[51; 3]; 2]);
     // A script reaches the materials of the file by their names.
     desk.write(
         "show.rhai",
@@ -130,13 +130,13 @@ fn mistakes_inside_a_mesh_have_their_line_there() {
     let desk = Desk::new();
     desk.write("m.obj", format!("{SQUARE}f 1 2 9\n"));
     desk.write("a.ron", stage("mesh: (file: \"m.obj\")", ""));
-    let said = ["m.obj:5:7: error: vertex 9 does not exist", "5 | f 1 2 9", "the file is named in a.ron:6:18"];
+    let said = ["m.obj:5:7: error: vertex 9 does not exist", "5 | f 1 2 9", "the file is named in a.ron:6:19"];
     desk.anim("check a.ron").fails(3, &said);
     desk.write("m.obj", "g nothing\n");
     let run = desk.anim("check a.ron").ok();
     assert!(run.stderr.contains("m.obj: warning: the mesh has no faces"), "{}", run.stderr);
     desk.write("a.ron", stage("mesh: (file: \"m.fbx\")", ""));
-    desk.anim("check a.ron").fails(3, &["a.ron:6:18: error", "FBX is not read"]);
+    desk.anim("check a.ron").fails(3, &["a.ron:6:19: error", "FBX is not read"]);
     desk.write("m.usda", "#usda 1.0\n");
     desk.anim("check m.usda").fails(3, &["not a scene", "OpenUSD is not read"]);
 }
@@ -151,7 +151,7 @@ fn texts_of_other_programs_are_read_or_named() {
     desk.write("wide.ron", wide);
     desk.anim("check wide.ron").fails(3, &["wide.ron:1:1: error: the file is in UTF-16", "UTF-8"]);
     desk.write("comma.ron", scene.replace("0.5", "0,5"));
-    desk.anim("check comma.ron").fails(3, &["comma.ron:6:22: error: `0,5` has a comma"]);
+    desk.anim("check comma.ron").fails(3, &["comma.ron:6:23: error: `0,5` has a comma"]);
     desk.write(
         "a.nff",
         "\u{feff}v\nfrom 0 -5 0\nat 0 0 0\nup 0 0 1\nangle 30\nhither 1\nresolution 16 16\ns 0 0 0 1\n",
@@ -171,7 +171,7 @@ fn meshes_of_several_materials_are_exact() {
     );
     let mesh = |more: &str| format!("(mesh: (file: \"m/bent.obj\", smooth: true{more}), material: \"pattern\"");
     let scene = format!(
-        "(camera: (from: (0, 3, 7), at: (0, 0, 0)), render: (size: (64, 48), samples: 4, integrator: Path),\n\
+        "(camera: (from: (0, 3, 7), at: (0, 0, 0)), render: (size: (32, 24), samples: 4, integrator: Path),\n\
          materials: {{ \"pattern\": (color_map: (pattern: Checker, scale: 4)) }},\n\
          entities: [(plane: (point: (0, -1, 0))), {}), {}, transform: (translation: (2, 0, 0))), {}, transform: \
          (translation: (-2, 0, 0), scale: (-1, 1, 1))), (point_light: (position: (4, 8, 8)))])",

@@ -132,7 +132,7 @@ fn cut(data: &MeshData, recipe: &Recipe) -> Vec<Piece> {
 /// Copies triangles with their vertices into meshes of their own.
 struct Cutter<'a> {
     data: &'a MeshData,
-    normals: Source,
+    normals: NormalSource,
     /// The newest copy of each vertex in the piece at hand, and for each copy the one before it.
     newest: Vec<u32>,
     older: Vec<u32>,
@@ -141,7 +141,7 @@ struct Cutter<'a> {
 }
 
 /// Where the normals of corners come from that the data have none for.
-enum Source {
+enum NormalSource {
     None,
     PerVertex(Vec<Vec3>),
     PerCorner(CornerNormals),
@@ -152,10 +152,10 @@ const NONE: u32 = u32::MAX;
 impl<'a> Cutter<'a> {
     fn new(data: &'a MeshData, recipe: &Recipe) -> Self {
         let normals = match recipe.smoothing {
-            Smoothing::Nowhere => Source::None,
-            Smoothing::Everywhere => Source::PerVertex(data.smooth_normals()),
-            Smoothing::Groups => Source::PerCorner(CornerNormals::of_groups(data)),
-            Smoothing::UpTo(angle) => Source::PerCorner(CornerNormals::up_to(data, angle)),
+            Smoothing::Nowhere => NormalSource::None,
+            Smoothing::Everywhere => NormalSource::PerVertex(data.smooth_normals()),
+            Smoothing::Groups => NormalSource::PerCorner(CornerNormals::of_groups(data)),
+            Smoothing::UpTo(angle) => NormalSource::PerCorner(CornerNormals::up_to(data, angle)),
         };
         let newest = vec![NONE; data.vertices.len()];
         Cutter { data, normals, newest, older: Vec::new(), copies: Vec::new() }
@@ -169,7 +169,7 @@ impl<'a> Cutter<'a> {
             corners.push(std::array::from_fn(|i| {
                 let given = data.normals.get(vertices[i] as usize).is_some_and(|n| *n != Vec3::ZERO);
                 let normal = match &self.normals {
-                    Source::PerCorner(corners) if !given => corners.of_triangle[*t as usize][i],
+                    NormalSource::PerCorner(corners) if !given => corners.of_triangle[*t as usize][i],
                     _ => NONE,
                 };
                 self.copy(vertices[i], normal)
@@ -178,11 +178,11 @@ impl<'a> Cutter<'a> {
         let each = |copy: &[u32; 2]| (copy[0] as usize, copy[1]);
         let copies = || self.copies.iter().map(each);
         let normal = |(v, n): (usize, u32)| match &self.normals {
-            Source::PerCorner(corners) if n != NONE => corners.normals[n as usize],
-            Source::PerVertex(normals) if data.normals.get(v).is_none_or(|n| *n == Vec3::ZERO) => normals[v],
+            NormalSource::PerCorner(corners) if n != NONE => corners.normals[n as usize],
+            NormalSource::PerVertex(normals) if data.normals.get(v).is_none_or(|n| *n == Vec3::ZERO) => normals[v],
             _ => data.normals.get(v).copied().unwrap_or(Vec3::ZERO),
         };
-        let smooth = !data.normals.is_empty() || !matches!(self.normals, Source::None);
+        let smooth = !data.normals.is_empty() || !matches!(self.normals, NormalSource::None);
         let piece = MeshData {
             vertices: copies().map(|(v, _)| data.vertices[v]).collect(),
             triangles: corners,

@@ -6,7 +6,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::obj::mtl::{self, Slot};
 use super::obj::{Library, Obj};
-use super::source::{Notes, Source};
+use super::source::{Notes, SourceFile};
 use super::{Brought, Loaded, text_of};
 use crate::base::diagnostics::Diagnostic;
 use crate::base::{files, limits};
@@ -14,7 +14,7 @@ use crate::components::*;
 use crate::load::image;
 
 /// Reads the libraries that an OBJ file names: the materials that its faces wear.
-pub fn libraries(base: &Path, file: &str, source: Source, obj: &Obj, notes: &mut Notes) -> Vec<Brought> {
+pub fn libraries(base: &Path, file: &str, source: SourceFile, obj: &Obj, notes: &mut Notes) -> Vec<Brought> {
     let folder = Path::new(file).parent().unwrap_or(Path::new("")).to_path_buf();
     let worn: FxHashSet<&str> = obj.data.materials.iter().map(|set| &*set.name).collect();
     let mut found: Vec<Brought> = Vec::new();
@@ -82,8 +82,8 @@ fn library(base: &Path, path: &Path, notes: &mut Notes) -> Result<Vec<Brought>, 
     let full = base.join(path);
     let bytes = files::read_bytes(&full, limits::SCENE_FILE_BYTES)?;
     let shown = full.display().to_string();
-    let source = Source { file: &shown, bytes: &bytes };
-    let source = Source { bytes: text_of(source)?, ..source };
+    let source = SourceFile { file: &shown, bytes: &bytes };
+    let source = SourceFile { bytes: text_of(source)?, ..source };
     let folder = path.parent().unwrap_or(Path::new(""));
     let brought = |definition: mtl::Definition| {
         let map = |map: mtl::Map| {
@@ -117,7 +117,7 @@ fn image_path(base: &Path, folder: &Path, file: &str) -> PathBuf {
 }
 
 /// White materials with a picture each, for faces that name only that.
-pub fn textures(base: &Path, file: &str, source: Source, data: &MeshData) -> Vec<Brought> {
+pub fn textures(base: &Path, file: &str, source: SourceFile, data: &MeshData) -> Vec<Brought> {
     let folder = Path::new(file).parent().unwrap_or(Path::new(""));
     let brought = |set: &FaceSet| {
         let image = image_path(base, folder, &set.name).to_string_lossy().replace('\\', "/");

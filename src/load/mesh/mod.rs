@@ -21,7 +21,7 @@ use crate::base::diagnostics::Diagnostic;
 use crate::base::{files, limits};
 use crate::components::*;
 use adopt::Adopted;
-use source::{Notes, Source};
+use source::{Notes, SourceFile};
 
 /// Endings of the mesh files that are read.
 const EXTENSIONS: [&str; 3] = ["obj", "ply", "stl"];
@@ -108,7 +108,7 @@ pub fn load(base: &Path, file: &str, decoded: bool) -> Result<Loaded, Diagnostic
         return Err(Diagnostic::error(format!("{shown}: not a mesh that can be read")).help(help));
     }
     let bytes = files::read_bytes(&path, limits::MESH_FILE_BYTES)?;
-    let source = Source { file: &shown, bytes: &bytes };
+    let source = SourceFile { file: &shown, bytes: &bytes };
     if bytes.starts_with(b"version https://git-lfs") {
         return Err(source
             .whole("this is a pointer of Git LFS, not the file itself")
@@ -118,7 +118,7 @@ pub fn load(base: &Path, file: &str, decoded: bool) -> Result<Loaded, Diagnostic
     let (mut materials, mut material_notes) = (Vec::new(), Notes::default());
     let data = match extension.as_str() {
         "obj" => {
-            let source = Source { bytes: text_of(source)?, ..source };
+            let source = SourceFile { bytes: text_of(source)?, ..source };
             let obj = obj::parse(source, decoded, &mut notes)?;
             materials = adopt::libraries(base, file, source, &obj, &mut material_notes);
             obj.data
@@ -141,7 +141,7 @@ pub fn load(base: &Path, file: &str, decoded: bool) -> Result<Loaded, Diagnostic
 }
 
 /// The bytes of a text without a byte order mark.
-fn text_of(source: Source<'_>) -> Result<&[u8], Diagnostic> {
+fn text_of(source: SourceFile<'_>) -> Result<&[u8], Diagnostic> {
     let bytes = source.bytes;
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
         return Err(source.whole("the file is in UTF-16").help("save it in UTF-8"));
@@ -150,7 +150,7 @@ fn text_of(source: Source<'_>) -> Result<&[u8], Diagnostic> {
 }
 
 /// An error where a number was expected.
-fn no_number(source: &Source, start: usize, end: usize) -> Diagnostic {
+fn no_number(source: &SourceFile, start: usize, end: usize) -> Diagnostic {
     let word = &source.bytes[start..end];
     let error = source.error(start, end, format!("`{}` is not a number", source.short(start, end)));
     match word.contains(&b',') && word.iter().any(u8::is_ascii_digit) {

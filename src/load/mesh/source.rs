@@ -4,12 +4,12 @@ use crate::base::diagnostics::{Diagnostic, Place};
 
 /// The bytes of a file and what messages call it.
 #[derive(Clone, Copy)]
-pub struct Source<'a> {
+pub struct SourceFile<'a> {
     pub file: &'a str,
     pub bytes: &'a [u8],
 }
 
-impl<'a> Source<'a> {
+impl<'a> SourceFile<'a> {
     /// The place of some bytes: line and column, and the line itself.
     pub fn place(&self, start: usize, end: usize) -> Place {
         let start = start.min(self.bytes.len());
@@ -106,7 +106,7 @@ mod tests {
 
     #[test]
     fn places_count_every_line_end_and_characters() {
-        let source = Source { file: "a.obj", bytes: b"v 1\r\nv 2\rv \xfc 3\nv 4" };
+        let source = SourceFile { file: "a.obj", bytes: b"v 1\r\nv 2\rv \xfc 3\nv 4" };
         let place = source.place(13, 14);
         assert_eq!((place.line, place.column, place.width), (3, 5, 1));
         assert_eq!(place.source, "v ü 3");

@@ -6,7 +6,7 @@ use glam::{Vec3, Vec4};
 use rustc_hash::FxHashMap;
 
 use super::cursor::{Cursor, Number};
-use super::source::{Notes, Source, decode};
+use super::source::{Notes, SourceFile, decode};
 use crate::base::color::srgb_decode;
 use crate::base::diagnostics::Diagnostic;
 use crate::base::limits;
@@ -46,7 +46,7 @@ impl Builder {
 ///
 /// # Errors
 /// What cannot be read, with its line, or its byte where the file is not text.
-pub fn parse(source: Source, decoded: bool, notes: &mut Notes) -> Result<MeshData, Diagnostic> {
+pub fn parse(source: SourceFile, decoded: bool, notes: &mut Notes) -> Result<MeshData, Diagnostic> {
     let bytes = source.bytes;
     let declared = bytes.get(80..HEADER).map(|count| u32::from_le_bytes([count[0], count[1], count[2], count[3]]));
     let fits = declared.is_some_and(|count| HEADER as u64 + u64::from(count) * TRIANGLE as u64 == bytes.len() as u64);
@@ -62,7 +62,7 @@ pub fn parse(source: Source, decoded: bool, notes: &mut Notes) -> Result<MeshDat
     }
 }
 
-fn check(source: Source, corners: &[Vec3; 3], triangle: usize, at: String) -> Result<(), Diagnostic> {
+fn check(source: SourceFile, corners: &[Vec3; 3], triangle: usize, at: String) -> Result<(), Diagnostic> {
     let far = corners.iter().flat_map(|p| p.to_array()).find(|x| !(x.abs() <= FARTHEST as f32));
     match far {
         Some(x) => Err(source.whole(format!("triangle {triangle} has the coordinate {x}{at}"))),
@@ -70,7 +70,7 @@ fn check(source: Source, corners: &[Vec3; 3], triangle: usize, at: String) -> Re
     }
 }
 
-fn binary(source: Source, count: u32, decoded: bool, notes: &mut Notes) -> Result<MeshData, Diagnostic> {
+fn binary(source: SourceFile, count: u32, decoded: bool, notes: &mut Notes) -> Result<MeshData, Diagnostic> {
     let bytes = source.bytes;
     let there = (bytes.len() - HEADER) / TRIANGLE;
     if there < count as usize {
@@ -116,7 +116,7 @@ fn binary(source: Source, count: u32, decoded: bool, notes: &mut Notes) -> Resul
     Ok(builder.data)
 }
 
-fn text(source: Source, notes: &mut Notes) -> Result<MeshData, Diagnostic> {
+fn text(source: SourceFile, notes: &mut Notes) -> Result<MeshData, Diagnostic> {
     let mut cursor = Cursor::new(source.bytes);
     let mut builder = Builder::default();
     let mut corners: Vec<Vec3> = Vec::new();
@@ -202,7 +202,7 @@ mod tests {
 
     fn read(bytes: &[u8]) -> Result<(MeshData, Vec<String>), String> {
         let mut notes = Notes::default();
-        let data = parse(Source { file: "a.stl", bytes }, false, &mut notes).map_err(|d| d.to_string())?;
+        let data = parse(SourceFile { file: "a.stl", bytes }, false, &mut notes).map_err(|d| d.to_string())?;
         Ok((data, notes.into_warnings().iter().map(ToString::to_string).collect()))
     }
 

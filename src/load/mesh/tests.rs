@@ -301,7 +301,7 @@ proptest! {
     #[test]
     fn any_obj_is_read_or_refused(bytes in mutated(RICH), mtl in mutated(RICH_MTL)) {
         let mut notes = Notes::default();
-        let source = Source { file: "a.obj", bytes: &bytes };
+        let source = SourceFile { file: "a.obj", bytes: &bytes };
         if let Ok(obj) = obj::parse(source, true, &mut notes) {
             let mesh = Mesh { data: Arc::new(obj.data), smooth: Some(true), ..Mesh::default() };
             prop_assert!(mesh.check().is_ok());
@@ -310,7 +310,7 @@ proptest! {
             Mesh { smooth: None, crease_angle: Some(30.0), ..mesh.clone() }.pieces();
             Mesh { smooth: None, ..mesh }.pieces();
         }
-        for definition in obj::mtl::parse(Source { file: "a.mtl", bytes: &mtl }, &mut notes) {
+        for definition in obj::mtl::parse(SourceFile { file: "a.mtl", bytes: &mtl }, &mut notes) {
             let _ = definition.material.check();
         }
         notes.into_warnings();
@@ -322,7 +322,7 @@ proptest! {
         if binary {
             bytes = binary_ply().into_iter().zip(bytes.iter().cycle()).map(|(a, b)| if b % 17 == 0 { *b } else { a }).collect();
         }
-        let source = Source { file: "a.ply", bytes: &bytes };
+        let source = SourceFile { file: "a.ply", bytes: &bytes };
         if let Ok(data) = ply::parse(source, true, &mut Notes::default()) {
             prop_assert!(data.triangles.iter().flatten().all(|i| (*i as usize) < data.vertices.len()));
         }
@@ -330,7 +330,7 @@ proptest! {
 
     #[test]
     fn any_stl_is_read_or_refused(bytes in mutated(b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n")) {
-        let _ = stl::parse(Source { file: "a.stl", bytes: &bytes }, true, &mut Notes::default());
+        let _ = stl::parse(SourceFile { file: "a.stl", bytes: &bytes }, true, &mut Notes::default());
     }
 }
 

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use super::{Pass, Reader, Stop};
+use super::{Interruption, ObjReader, Pass};
 use crate::base::color::srgb_decode;
 use crate::base::diagnostics::Diagnostic;
 use crate::base::limits;
@@ -47,10 +47,10 @@ impl Corners {
 }
 
 /// What stands at the vertices of a mesh.
-type Columns = (Vec<Vec3>, Vec<Vec3>, Vec<Vec2>, Vec<Vec4>);
+type VertexColumns = (Vec<Vec3>, Vec<Vec3>, Vec<Vec2>, Vec<Vec4>);
 
-impl Reader<'_> {
-    pub(super) fn face(&mut self, start: usize, notes: &mut Notes) -> Result<(), Stop> {
+impl ObjReader<'_> {
+    pub(super) fn face(&mut self, start: usize, notes: &mut Notes) -> Result<(), Interruption> {
         self.polygon.clear();
         loop {
             self.cursor.blanks();
@@ -72,7 +72,7 @@ impl Reader<'_> {
         }
         if self.triangles.len() > limits::TRIANGLES {
             let message = format!("the mesh has more than {} triangles", limits::TRIANGLES);
-            return Err(Stop::Wrong(self.source.error(start, start + 1, message)));
+            return Err(Interruption::Wrong(self.source.error(start, start + 1, message)));
         }
         if self.corners.has_smoothing {
             let added = self.triangles.len() - first;
@@ -82,10 +82,10 @@ impl Reader<'_> {
     }
 
     /// A face of four or more corners.
-    fn polygon(&mut self, start: usize) -> Result<(), Stop> {
+    fn polygon(&mut self, start: usize) -> Result<(), Interruption> {
         if self.polygon.len() > limits::POLYGON_VERTICES {
             let message = format!("a face has {} corners, more than {}", self.polygon.len(), limits::POLYGON_VERTICES);
-            return Err(Stop::Wrong(self.source.error(start, start + 1, message)));
+            return Err(Interruption::Wrong(self.source.error(start, start + 1, message)));
         }
         let place = |vertex: &u32| {
             let position = self.corners.vertices[*vertex as usize][0];
@@ -109,7 +109,7 @@ impl Reader<'_> {
 
     /// `v`, `v/vt`, `v//vn` or `v/vt/vn`: numbers from 0, or [`NONE`].
     #[inline]
-    fn corner(&mut self, notes: &mut Notes) -> Result<[u32; 3], Stop> {
+    fn corner(&mut self, notes: &mut Notes) -> Result<[u32; 3], Interruption> {
         let start = self.cursor.at;
         let mut corner = [NONE; 3];
         for (kind, slot) in corner.iter_mut().enumerate() {
@@ -133,15 +133,15 @@ impl Reader<'_> {
     }
 
     #[cold]
-    fn no_corner(&self, start: usize) -> Stop {
+    fn no_corner(&self, start: usize) -> Interruption {
         let end = Cursor { bytes: self.source.bytes, at: start }.word_end();
         let message = format!("`{}` is not a corner of a face", self.source.short(start, end));
-        Stop::Wrong(self.source.error(start, end, message).help("corners are written 1, 1/2, 1//3 or 1/2/3"))
+        Interruption::Wrong(self.source.error(start, end, message).help("corners are written 1, 1/2, 1//3 or 1/2/3"))
     }
 
     /// The number from 0 of what a corner names: counted from 1, or backwards from the statement.
     #[inline(always)]
-    fn resolve(&self, kind: usize, number: i64, span: [usize; 2], notes: &mut Notes) -> Result<u32, Stop> {
+    fn resolve(&self, kind: usize, number: i64, span: [usize; 2], notes: &mut Notes) -> Result<u32, Interruption> {
         let there = match kind {
             0 => self.positions.len(),
             1 => self.uvs.len(),
@@ -163,23 +163,23 @@ impl Reader<'_> {
         there: usize,
         [start, end]: [usize; 2],
         notes: &mut Notes,
-    ) -> Result<u32, Stop> {
+    ) -> Result<u32, Interruption> {
         if self.pass == Pass::All && number != 0 && index >= 0 {
-            return Err(Stop::Ahead);
+            return Err(Interruption::Ahead);
         }
         let what = ["vertex", "texture coordinates", "normal"][kind];
         let counted = if number < 0 { format!("; {} stand before it", self.seen[kind]) } else { String::new() };
         let message = format!("{what} {number} does not exist; there are {there}, numbered from 1{counted}");
         let error = self.source.error(start, end, message);
         if kind == 0 {
-            return Err(Stop::Wrong(error));
+            return Err(Interruption::Wrong(error));
         }
         notes.add(what, || error.into_warning());
         Ok(NONE)
     }
 
     /// The columns of the mesh: what stands at its vertices, in the order in which faces first use them.
-    pub(super) fn vertices(&self, decoded: bool, notes: &mut Notes) -> Result<Columns, Diagnostic> {
+    pub(super) fn vertices(&self, decoded: bool, notes: &mut Notes) -> Result<VertexColumns, Diagnostic> {
         let all = &self.corners.vertices;
         let farthest = FARTHEST as f32;
         let is_near = |x: f32| x.abs() <= farthest;

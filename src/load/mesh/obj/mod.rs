@@ -10,7 +10,7 @@ mod sets;
 use glam::{Vec2, Vec3, Vec4};
 
 use super::cursor::{Cursor, Number};
-use super::source::{Notes, Source, decode};
+use super::source::{Notes, SourceFile, decode};
 use crate::base::diagnostics::Diagnostic;
 use crate::components::{MeshData, Text};
 use faces::Corners;
@@ -76,14 +76,14 @@ enum Pass {
 }
 
 /// Why a pass ends before the file does.
-enum Stop {
+enum Interruption {
     /// A face names something that comes later.
     Ahead,
     Wrong(Diagnostic),
 }
 
-struct Reader<'a> {
-    source: Source<'a>,
+struct ObjReader<'a> {
+    source: SourceFile<'a>,
     cursor: Cursor<'a>,
     pass: Pass,
     positions: Vec<Vec3>,
@@ -108,17 +108,17 @@ struct Reader<'a> {
 ///
 /// # Errors
 /// The first statement that cannot be read, at its place.
-pub fn parse(source: Source, decoded: bool, notes: &mut Notes) -> Result<Obj, Diagnostic> {
-    let mut reader = Reader::new(source, Pass::All);
+pub fn parse(source: SourceFile, decoded: bool, notes: &mut Notes) -> Result<Obj, Diagnostic> {
+    let mut reader = ObjReader::new(source, Pass::All);
     let mut found = Notes::default();
     match reader.statements(&mut found) {
         Ok(()) => {}
-        Err(Stop::Wrong(problem)) => return Err(problem),
-        Err(Stop::Ahead) => {
-            (reader, found) = (Reader::new(source, Pass::Points), Notes::default());
+        Err(Interruption::Wrong(problem)) => return Err(problem),
+        Err(Interruption::Ahead) => {
+            (reader, found) = (ObjReader::new(source, Pass::Points), Notes::default());
             for pass in [Pass::Points, Pass::Faces] {
                 (reader.pass, reader.cursor, reader.seen) = (pass, Cursor::new(source.bytes), [0; 3]);
-                if let Err(Stop::Wrong(problem)) = reader.statements(&mut found) {
+                if let Err(Interruption::Wrong(problem)) = reader.statements(&mut found) {
                     return Err(problem);
                 }
             }
@@ -128,9 +128,9 @@ pub fn parse(source: Source, decoded: bool, notes: &mut Notes) -> Result<Obj, Di
     reader.finish(decoded, notes)
 }
 
-impl<'a> Reader<'a> {
-    fn new(source: Source<'a>, pass: Pass) -> Self {
-        Reader {
+impl<'a> ObjReader<'a> {
+    fn new(source: SourceFile<'a>, pass: Pass) -> Self {
+        ObjReader {
             source,
             cursor: Cursor::new(source.bytes),
             pass,
@@ -151,7 +151,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn statements(&mut self, notes: &mut Notes) -> Result<(), Stop> {
+    fn statements(&mut self, notes: &mut Notes) -> Result<(), Interruption> {
         loop {
             self.cursor.blanks();
             let Some(first) = self.cursor.peek() else { return Ok(()) };
@@ -170,7 +170,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn statement(&mut self, word: &[u8], start: usize, notes: &mut Notes) -> Result<(), Stop> {
+    fn statement(&mut self, word: &[u8], start: usize, notes: &mut Notes) -> Result<(), Interruption> {
         let (points, faces) = (self.pass != Pass::Faces, self.pass != Pass::Points);
         match word {
             b"v" => {
@@ -263,7 +263,7 @@ impl<'a> Reader<'a> {
     }
 
     #[allow(clippy::unnecessary_wraps, reason = "an arm among arms that can fail")]
-    fn pass_over(&mut self) -> Result<(), Stop> {
+    fn pass_over(&mut self) -> Result<(), Interruption> {
         self.cursor.skip_line();
         self.step_back();
         Ok(())
@@ -282,7 +282,7 @@ impl<'a> Reader<'a> {
 
     /// Up to N numbers of a statement that needs at least `least`; gives how many there are.
     #[inline(always)]
-    fn numbers<const N: usize>(&mut self, start: usize, least: usize) -> Result<([f64; N], usize), Stop> {
+    fn numbers<const N: usize>(&mut self, start: usize, least: usize) -> Result<([f64; N], usize), Interruption> {
         let mut numbers = [0.0; N];
         for (i, slot) in numbers.iter_mut().enumerate() {
             match self.cursor.number() {
@@ -296,20 +296,20 @@ impl<'a> Reader<'a> {
     }
 
     #[cold]
-    fn too_few(&self, start: usize, least: usize, count: usize) -> Stop {
+    fn too_few(&self, start: usize, least: usize, count: usize) -> Interruption {
         let end = Cursor { bytes: self.source.bytes, at: start }.word_end();
         let name = self.source.short(start, end);
         let (s, has) = (if least == 1 { "" } else { "s" }, if count == 0 { "none".into() } else { count.to_string() });
-        Stop::Wrong(self.source.error(start, end, format!("`{name}` needs {least} number{s} and has {has}")))
+        Interruption::Wrong(self.source.error(start, end, format!("`{name}` needs {least} number{s} and has {has}")))
     }
 
     #[cold]
-    fn no_number(&self, start: usize, end: usize) -> Stop {
-        Stop::Wrong(super::no_number(&self.source, start, end))
+    fn no_number(&self, start: usize, end: usize) -> Interruption {
+        Interruption::Wrong(super::no_number(&self.source, start, end))
     }
 
     /// `v x y z`, with a weight, or with a colour and perhaps an alpha.
-    fn position(&mut self, start: usize, notes: &mut Notes) -> Result<(), Stop> {
+    fn position(&mut self, start: usize, notes: &mut Notes) -> Result<(), Interruption> {
         let (n, count) = self.numbers::<7>(start, 3)?;
         self.positions.push(Vec3::new(n[0] as f32, n[1] as f32, n[2] as f32));
         if count < 5 {
@@ -332,13 +332,13 @@ impl<'a> Reader<'a> {
     }
 
     /// `vt u`, `vt u v` or `vt u v w`; the third is for solid textures, which are patterns here.
-    fn texture(&mut self, start: usize) -> Result<(), Stop> {
+    fn texture(&mut self, start: usize) -> Result<(), Interruption> {
         let (n, _) = self.numbers::<3>(start, 1)?;
         self.uvs.push(Vec2::new(n[0] as f32, n[1] as f32));
         Ok(())
     }
 
-    fn normal(&mut self, start: usize) -> Result<(), Stop> {
+    fn normal(&mut self, start: usize) -> Result<(), Interruption> {
         let (n, _) = self.numbers::<3>(start, 3)?;
         self.normals.push(Vec3::new(n[0] as f32, n[1] as f32, n[2] as f32));
         Ok(())

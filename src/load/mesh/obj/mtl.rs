@@ -9,7 +9,7 @@ use glam::DVec3;
 use crate::base::limits;
 use crate::components::*;
 use crate::load::mesh::cursor::{Cursor, Number};
-use crate::load::mesh::source::{Notes, Source, decode};
+use crate::load::mesh::source::{Notes, SourceFile, decode};
 
 /// A material as its library has it.
 pub struct Definition {
@@ -59,8 +59,8 @@ struct Fields {
     metallic: Option<f64>,
 }
 
-struct Reader<'a> {
-    source: Source<'a>,
+struct MtlReader<'a> {
+    source: SourceFile<'a>,
     cursor: Cursor<'a>,
     found: Vec<Definition>,
     fields: Fields,
@@ -69,9 +69,14 @@ struct Reader<'a> {
 }
 
 /// Reads a library. What makes no sense in it is noted and left out: a mesh without its colours still shows.
-pub fn parse(source: Source, notes: &mut Notes) -> Vec<Definition> {
-    let mut reader =
-        Reader { source, cursor: Cursor::new(source.bytes), found: Vec::new(), fields: Fields::default(), open: false };
+pub fn parse(source: SourceFile, notes: &mut Notes) -> Vec<Definition> {
+    let mut reader = MtlReader {
+        source,
+        cursor: Cursor::new(source.bytes),
+        found: Vec::new(),
+        fields: Fields::default(),
+        open: false,
+    };
     while reader.cursor.peek().is_some() {
         reader.cursor.blanks();
         if !reader.cursor.at_end() {
@@ -83,7 +88,7 @@ pub fn parse(source: Source, notes: &mut Notes) -> Vec<Definition> {
     reader.found
 }
 
-impl Reader<'_> {
+impl MtlReader<'_> {
     fn statement(&mut self, notes: &mut Notes) {
         let start = self.cursor.at;
         let word = decode(self.cursor.word());
@@ -348,7 +353,7 @@ mod tests {
 
     fn read(text: &str) -> (Vec<Definition>, Vec<String>) {
         let mut notes = Notes::default();
-        let found = parse(Source { file: "a.mtl", bytes: text.as_bytes() }, &mut notes);
+        let found = parse(SourceFile { file: "a.mtl", bytes: text.as_bytes() }, &mut notes);
         (found, notes.into_warnings().iter().map(ToString::to_string).collect())
     }
 

@@ -6,7 +6,7 @@ fn read(text: &str) -> (MeshData, Vec<String>) {
 
 fn read_bytes(bytes: &[u8]) -> (MeshData, Vec<String>) {
     let mut notes = Notes::default();
-    let obj = parse(Source { file: "a.obj", bytes }, false, &mut notes).map_err(|d| d.to_string()).unwrap();
+    let obj = parse(SourceFile { file: "a.obj", bytes }, false, &mut notes).map_err(|d| d.to_string()).unwrap();
     (obj.data, notes.into_warnings().iter().map(ToString::to_string).collect())
 }
 
@@ -17,7 +17,7 @@ fn quiet(text: &str) -> MeshData {
 }
 
 fn fails(text: &str) -> String {
-    let parsed = parse(Source { file: "a.obj", bytes: text.as_bytes() }, false, &mut Notes::default());
+    let parsed = parse(SourceFile { file: "a.obj", bytes: text.as_bytes() }, false, &mut Notes::default());
     parsed.map(|_| ()).unwrap_err().to_string()
 }
 

@@ -4,14 +4,14 @@ use glam::{Vec2, Vec3, Vec4};
 use rustc_hash::FxHashMap;
 
 use super::Row;
-use super::header::Header;
+use super::header::PlyHeader;
 use crate::base::color::srgb_decode;
 use crate::base::diagnostics::Diagnostic;
 use crate::base::limits;
 use crate::components::record::ranges::FARTHEST;
 use crate::components::{FaceSet, MeshData};
 use crate::load::mesh::polygon;
-use crate::load::mesh::source::{Notes, Source};
+use crate::load::mesh::source::{Notes, SourceFile};
 
 /// A linear colour from shares of a full one.
 pub fn linear(color: Vec4, decoded: bool) -> Vec4 {
@@ -30,11 +30,11 @@ pub struct Faces {
     corners: Vec<u32>,
     /// One pair for each corner, where faces have them.
     uvs: Vec<Vec2>,
-    faces: Vec<Face>,
+    faces: Vec<PlyFace>,
     triangles: usize,
 }
 
-struct Face {
+struct PlyFace {
     /// Number of its first corner, and of the one behind its last.
     corners: [usize; 2],
     color: Vec4,
@@ -87,7 +87,7 @@ impl Faces {
             self.uvs.extend(pairs.map(good).chain(std::iter::repeat(MeshData::NO_UV)).take(count));
         }
         let color = if self.has_colors { linear(row.color, self.decoded) } else { Vec4::ONE };
-        self.faces.push(Face { corners: [start, start + count], color, texture: row.texture });
+        self.faces.push(PlyFace { corners: [start, start + count], color, texture: row.texture });
         self.triangles += count.saturating_sub(2);
         Ok(())
     }
@@ -109,7 +109,7 @@ impl Faces {
                 if self.has_uvs {
                     self.uvs.extend([MeshData::NO_UV; 3]);
                 }
-                self.faces.push(Face { corners: [start, start + 3], color: Vec4::ONE, texture: 0 });
+                self.faces.push(PlyFace { corners: [start, start + 3], color: Vec4::ONE, texture: 0 });
                 self.triangles += 1;
             }
         }
@@ -119,8 +119,8 @@ impl Faces {
     /// The mesh of these faces over the vertices of `data`.
     pub fn build(
         self,
-        source: Source,
-        header: &Header,
+        source: SourceFile,
+        header: &PlyHeader,
         mut data: MeshData,
         notes: &mut Notes,
     ) -> Result<MeshData, Diagnostic> {

@@ -1,11 +1,11 @@
 //! The header of a PLY file: which elements follow, with which properties, in which encoding.
 
 use crate::base::diagnostics::Diagnostic;
-use crate::load::mesh::source::{Source, decode};
+use crate::load::mesh::source::{SourceFile, decode};
 
 /// How the numbers behind the header are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Encoding {
+pub enum PlyEncoding {
     Ascii,
     LittleEndian,
     BigEndian,
@@ -78,8 +78,8 @@ pub struct Element {
     pub span: [usize; 2],
 }
 
-pub struct Header {
-    pub encoding: Encoding,
+pub struct PlyHeader {
+    pub encoding: PlyEncoding,
     pub elements: Vec<Element>,
     /// Files of textures that comments name.
     pub textures: Vec<String>,
@@ -89,7 +89,7 @@ pub struct Header {
 
 /// Lines of a header; the first one says how they end.
 struct Lines<'a> {
-    source: Source<'a>,
+    source: SourceFile<'a>,
     at: usize,
     /// What ends them: the byte, and whether the other one follows.
     ends: Option<(u8, bool)>,
@@ -131,13 +131,13 @@ impl Lines<'_> {
 ///
 /// # Errors
 /// What is no header, at its place.
-pub fn read(source: Source) -> Result<Header, Diagnostic> {
+pub fn read(source: SourceFile) -> Result<PlyHeader, Diagnostic> {
     let mut lines = Lines { source, at: 0, ends: None };
     let is_ply = |words: &[String]| words.first().is_some_and(|word| word.trim_start_matches('\u{feff}') == "ply");
     if !lines.next().is_some_and(|(words, _)| is_ply(&words)) {
         return Err(source.whole("this is no PLY file: it does not start with `ply`"));
     }
-    let mut header = Header { encoding: Encoding::Ascii, elements: Vec::new(), textures: Vec::new(), end: 0 };
+    let mut header = PlyHeader { encoding: PlyEncoding::Ascii, elements: Vec::new(), textures: Vec::new(), end: 0 };
     let mut has_format = false;
     loop {
         let Some((words, [start, end])) = lines.next() else {
@@ -156,9 +156,9 @@ pub fn read(source: Source) -> Result<Header, Diagnostic> {
             ["format", kind, ..] => {
                 has_format = true;
                 header.encoding = match kind {
-                    "ascii" => Encoding::Ascii,
-                    "binary_little_endian" => Encoding::LittleEndian,
-                    "binary_big_endian" => Encoding::BigEndian,
+                    "ascii" => PlyEncoding::Ascii,
+                    "binary_little_endian" => PlyEncoding::LittleEndian,
+                    "binary_big_endian" => PlyEncoding::BigEndian,
                     _ => return wrong("the format is `ascii`, `binary_little_endian` or `binary_big_endian`"),
                 };
             }
@@ -201,9 +201,9 @@ fn property(words: &[&str], span: [usize; 2]) -> Option<Property> {
 }
 
 /// A declared count is believed only if the file has room for it.
-fn plausible(source: Source, element: &Element, encoding: Encoding) -> Result<(), Diagnostic> {
+fn plausible(source: SourceFile, element: &Element, encoding: PlyEncoding) -> Result<(), Diagnostic> {
     let least = |property: &Property| match encoding {
-        Encoding::Ascii => 2,
+        PlyEncoding::Ascii => 2,
         _ => property.length.unwrap_or(property.scalar).bytes(),
     };
     let row = element.properties.iter().map(least).sum::<usize>().max(1);

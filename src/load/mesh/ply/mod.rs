@@ -6,12 +6,12 @@ mod header;
 use glam::{Vec2, Vec3, Vec4};
 
 use super::cursor::decimal;
-use super::source::{Notes, Source};
+use super::source::{Notes, SourceFile};
 use crate::base::diagnostics::Diagnostic;
 use crate::base::limits;
 use crate::components::MeshData;
 use build::Faces;
-use header::{Element, Encoding, Header, Scalar};
+use header::{Element, PlyEncoding, PlyHeader, Scalar};
 
 /// What a number of a vertex or a face is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,9 +55,9 @@ impl Meaning {
 
 /// The numbers behind the header.
 struct Body<'a> {
-    source: Source<'a>,
+    source: SourceFile<'a>,
     at: usize,
-    encoding: Encoding,
+    encoding: PlyEncoding,
 }
 
 /// A row of an element.
@@ -77,7 +77,7 @@ struct Row {
 ///
 /// # Errors
 /// What cannot be read, with its line, or its byte where the file is not text.
-pub fn parse(source: Source, decoded: bool, notes: &mut Notes) -> Result<MeshData, Diagnostic> {
+pub fn parse(source: SourceFile, decoded: bool, notes: &mut Notes) -> Result<MeshData, Diagnostic> {
     let header = header::read(source)?;
     let mut body = Body { source, at: header.end, encoding: header.encoding };
     let vertices = header.elements.iter().find(|element| element.name == "vertex").map_or(0, |element| element.count);
@@ -106,7 +106,7 @@ pub fn parse(source: Source, decoded: bool, notes: &mut Notes) -> Result<MeshDat
 
 impl Body<'_> {
     fn is_text(&self) -> bool {
-        self.encoding == Encoding::Ascii
+        self.encoding == PlyEncoding::Ascii
     }
 
     /// What each property of an element means; those of no use are noted.
@@ -284,10 +284,10 @@ impl Body<'_> {
     /// The next number; `None` at the end of the file.
     #[inline(always)]
     fn scalar(&mut self, scalar: Scalar) -> Result<Option<f64>, Diagnostic> {
-        if self.encoding == Encoding::Ascii {
+        if self.encoding == PlyEncoding::Ascii {
             return self.text_scalar();
         }
-        let big = self.encoding == Encoding::BigEndian;
+        let big = self.encoding == PlyEncoding::BigEndian;
         let Some(bytes) = self.source.bytes.get(self.at..self.at + scalar.bytes()) else { return Ok(None) };
         self.at += bytes.len();
         let mut word = [0; 8];
@@ -336,7 +336,7 @@ impl Body<'_> {
     }
 }
 
-impl Header {
+impl PlyHeader {
     /// Names of the textures by the number that faces give.
     fn texture(&self, number: i64) -> Option<&str> {
         let index = usize::try_from(number).ok()?;
