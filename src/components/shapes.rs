@@ -16,7 +16,8 @@ record! {
     pub struct Sphere {
         /// Centre, local space.
         pub center: DVec3 = DVec3::ZERO,
-        /// Radius, not 0; a negative one shows the inside only (as NFF has it).
+        /// Radius, not 0; a negative one shows the inside only (as NFF has it), or of a transparent material makes a bubble:
+        /// what is around it is made of the material, and what is inside is air.
         pub radius: f64 = 1.0,
     }
 }

@@ -26,6 +26,7 @@ pub use shutter::Slice;
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::{Accel, Aov, Edit, Integrator, Render, Scene};
 use crate::load;
+use crate::load::mesh::MeshFiles;
 use crate::output::names::Target;
 use crate::script::Program;
 use crate::systems::{self, Stage};
@@ -77,6 +78,8 @@ struct Input {
     base: BaseFingerprint,
     settings: Render,
     overrides: Overrides,
+    /// Files of meshes that the script chooses.
+    meshes: MeshFiles,
 }
 
 /// Opens a script or a scene; gives it with the warnings of its scene.
@@ -102,7 +105,7 @@ pub fn open(
         let base = BaseFingerprint::new(scene.clone(), Assets::new(scene.base.clone())).without_entities();
         let settings = scene.render.clone();
         let stage = systems::spawn(Arc::unwrap_or_clone(scene))?;
-        let input = Input { program: None, base, settings, overrides };
+        let input = Input { program: None, base, settings, overrides, meshes: MeshFiles::default() };
         return Ok((Shot { name, source, stage, input }, warnings));
     }
     let program = Program::open(input, defines)?;
@@ -114,7 +117,8 @@ pub fn open(
         }
     };
     let scene = Arc::new(scene);
-    let edits = program.setup(&scene)?;
+    let meshes = MeshFiles::default();
+    let edits = meshes.complete(&scene, program.setup(&scene)?)?;
     let mut stage = systems::spawn(Arc::unwrap_or_clone(scene))?;
     systems::animate(&mut stage, edits)?;
     let rest = Arc::new(systems::collect(&stage));
@@ -124,7 +128,7 @@ pub fn open(
     }
     let settings = rest.render.clone();
     let base = BaseFingerprint::new(rest.clone(), Assets::new(rest.base.clone()));
-    let input = Input { program: Some((program, rest)), base, settings, overrides };
+    let input = Input { program: Some((program, rest)), base, settings, overrides, meshes };
     Ok((Shot { name, source, stage, input }, warnings))
 }
 
@@ -143,7 +147,10 @@ impl Input {
     /// As [`Self::edits`].
     fn edits_at(&self, frame: u32, offset: f64) -> Result<Vec<Edit>, Diagnostics> {
         let mut edits = match &self.program {
-            Some((program, rest)) => program.frame(rest, frame, offset)?,
+            Some((program, rest)) => {
+                let edits = program.frame(rest, frame, offset)?;
+                self.meshes.complete(rest, edits).map_err(|problems| self.in_frame(frame, problems))?
+            }
             None => Vec::new(),
         };
         let render = shutter::last_render(&edits).cloned().unwrap_or_else(|| self.settings.clone());

@@ -175,6 +175,7 @@ fn set_material(stage: &mut Stage, index: usize, material: Material) -> Material
     let entity = stage.materials[index];
     let old = stage.world.get::<&Material>(entity).map(|m| (*m).clone()).unwrap_or_default();
     stage.derived.stale_geometry |= extract::shows_both_sides(&old) != extract::shows_both_sides(&material);
+    stage.derived.stale_geometry |= old.is_transparent() != material.is_transparent();
     let _ = stage.world.insert_one(entity, material);
     old
 }

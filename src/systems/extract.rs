@@ -77,6 +77,8 @@ struct Extraction<'a> {
     world: &'a World,
     /// Material number and visible sides by material index; the last entry is the default material's.
     sides: Vec<bool>,
+    /// Whether light goes through, by material index; as `sides`.
+    transparent: Vec<bool>,
     /// Each piece of a mesh, held until it is in the columns, and how many live entities use it.
     uses: FxHashMap<*const MeshData, (Arc<MeshData>, u32)>,
     geometry: Geometry,
@@ -123,13 +125,15 @@ impl<'a> Extraction<'a> {
     fn new(stage: &'a Stage) -> Self {
         let of = |e: &hecs::Entity| stage.world.get::<&Material>(*e).map(|m| shows_both_sides(&m)).unwrap_or(true);
         let sides = stage.materials.iter().map(of).chain([true]).collect();
+        let lets_through = |e: &hecs::Entity| stage.world.get::<&Material>(*e).is_ok_and(|m| m.is_transparent());
+        let transparent = stage.materials.iter().map(lets_through).chain([false]).collect();
         let mut uses: FxHashMap<_, (Arc<MeshData>, u32)> = FxHashMap::default();
         for mesh in stage.world.query::<&Mesh>().without::<&Despawned>().iter() {
             for piece in mesh.pieces().iter() {
                 uses.entry(Arc::as_ptr(&piece.data)).or_insert_with(|| (piece.data.clone(), 0)).1 += 1;
             }
         }
-        Extraction { stage, world: &stage.world, sides, uses, geometry: Geometry::default() }
+        Extraction { stage, world: &stage.world, sides, transparent, uses, geometry: Geometry::default() }
     }
 
     fn run(mut self) -> Result<Geometry, Diagnostics> {
@@ -185,11 +189,14 @@ impl<'a> Extraction<'a> {
 
     fn sphere(&mut self, placed: &PlacedShape<Sphere>) {
         let Sphere { center, radius } = *placed.shape;
-        let tag = placed.tag(radius < 0.0);
+        // A transparent sphere of negative radius is a bubble; another one is its inside alone.
+        let is_bubble = radius < 0.0 && self.transparent[placed.material as usize];
+        let tag = placed.tag(radius < 0.0 && !is_bubble);
+        let radius = if is_bubble { radius } else { radius.abs() };
         match math::uniform_scale(&placed.map) {
-            Some(scale) => self.geometry.push_sphere(tag, placed.point(center), (radius.abs() * scale) as f32),
+            Some(scale) => self.geometry.push_sphere(tag, placed.point(center), (radius * scale) as f32),
             None => {
-                let shape = LocalShape::Sphere { center: center.as_vec3(), radius: radius.abs() as f32 };
+                let shape = LocalShape::Sphere { center: center.as_vec3(), radius: radius as f32 };
                 self.geometry.push_transformed(tag, shape, &placed.map);
             }
         }

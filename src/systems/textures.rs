@@ -1,11 +1,12 @@
 //! World -> texture bindings of entities: the maps of their materials, their own textures, and their local spaces.
 
 use glam::{DAffine3, Vec3};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::hierarchy::Placement;
 use super::stage::{AuthoredIndex, Despawned, Stage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::limits;
 use crate::components::*;
 use crate::load::image;
 use crate::trace::material::texture::{TextureBindings, TextureLayer, TextureSet};
@@ -38,7 +39,19 @@ fn for_each_texture(
 /// A picture that cannot be read, and who names it.
 pub fn load_images(stage: &mut Stage) -> Result<(), Diagnostics> {
     let mut images = std::mem::take(&mut stage.derived.images);
-    let curved = stage.settings().transfer == Transfer::Srgb;
+    let settings = stage.settings();
+    let curved = settings.transfer == Transfer::Srgb;
+    if images.texels() > limits::TEXTURE_TEXELS / 2 {
+        // A sequence of images would fill all of the room: those that this frame does not name make place.
+        let mut named: FxHashSet<(Text, bool)> = FxHashSet::default();
+        named.extend(settings.environment.iter().map(|file| (file.clone(), curved)));
+        let listed = for_each_texture(stage, |texture, coloured, _| {
+            named.extend(texture.image.iter().map(|file| (file.clone(), texture.decodes(coloured && curved))));
+            Ok(())
+        });
+        listed?;
+        images.0.retain(|key, _| named.contains(key));
+    }
     let read = for_each_texture(stage, |texture, coloured, owner| {
         let Some(file) = &texture.image else { return Ok(()) };
         let fetched = image::fetch(&mut images, &stage.base, file, texture.decodes(coloured && curved));

@@ -1,6 +1,6 @@
 //! Meshes that people bring, as they meet them: pictures whose truth is known, warnings, and mistakes inside of files.
 
-use crate::tool::Desk;
+use crate::tool::Sandbox;
 
 /// A scene that looks straight at the square from -1 to 1, lit with strength 1 from far behind the eye.
 fn stage(entity: &str, materials: &str) -> String {
@@ -11,7 +11,7 @@ fn stage(entity: &str, materials: &str) -> String {
     )
 }
 
-fn picture(desk: &Desk, scene: &str) -> image::RgbImage {
+fn picture(desk: &Sandbox, scene: &str) -> image::RgbImage {
     desk.write("scene.ron", scene);
     desk.anim("scene.ron -o out.png --force").ok();
     image::load_from_memory(&desk.read("out.png")).unwrap().to_rgb8()
@@ -25,7 +25,7 @@ const SQUARE: &str = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\n";
 
 #[test]
 fn faces_wear_what_their_library_says_unless_the_scene_says_otherwise() {
-    let desk = Desk::new();
+    let desk = Sandbox::new();
     desk.write("two.obj", format!("mtllib two.mtl\n{SQUARE}usemtl red\nf 1 2 3\nusemtl green\nf 1 3 4\n"));
     desk.write("two.mtl", "newmtl red\nKd 1 0 0\nnewmtl green\nKd 0 1 0\n");
     let at = |picture: &image::RgbImage, x, y| picture.get_pixel(x, y).0;
@@ -52,7 +52,7 @@ fn faces_wear_what_their_library_says_unless_the_scene_says_otherwise() {
 
 #[test]
 fn wires_are_no_surfaces_and_notches_stay_open() {
-    let desk = Desk::new();
+    let desk = Sandbox::new();
     let look = |obj: &str| {
         desk.write("m.obj", obj);
         lit(&picture(&desk, &stage("mesh: (file: \"m.obj\")", "")))
@@ -69,7 +69,7 @@ fn wires_are_no_surfaces_and_notches_stay_open() {
 
 #[test]
 fn smooth_surfaces_have_no_crease_between_groups() {
-    let desk = Desk::new();
+    let desk = Sandbox::new();
     let roof = "v -1 -1 0\nv -1 1 0\nv 0 -1 1\nv 0 1 1\nv 1 -1 0\nv 1 1 0\n";
     let look = |faces: &str, how: &str| {
         desk.write("m.obj", format!("{roof}{faces}"));
@@ -90,7 +90,7 @@ fn smooth_surfaces_have_no_crease_between_groups() {
 
 #[test]
 fn colours_of_vertices_are_seen() {
-    let desk = Desk::new();
+    let desk = Sandbox::new();
     let color = |c: &str| SQUARE.lines().map(|v| format!("{v} {c}\n")).collect::<String>();
     desk.write("m.obj", color("0.2 0.4 1") + "f 1 2 3 4\n");
     let header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty \
@@ -114,7 +114,7 @@ fn colours_of_vertices_are_seen() {
 
 #[test]
 fn what_is_not_used_is_a_warning_and_an_error_when_strict() {
-    let desk = Desk::new();
+    let desk = Sandbox::new();
     desk.write("m.obj", format!("mtllib m.mtl\n{SQUARE}usemtl red\nf 1 2 3\nl 1 2\n"));
     desk.write("m.mtl", "newmtl red\nKd 1 0 0\nmap_disp bumps.png\n");
     desk.write("a.ron", stage("mesh: (file: \"m.obj\")", ""));
@@ -127,7 +127,7 @@ fn what_is_not_used_is_a_warning_and_an_error_when_strict() {
 
 #[test]
 fn mistakes_inside_a_mesh_have_their_line_there() {
-    let desk = Desk::new();
+    let desk = Sandbox::new();
     desk.write("m.obj", format!("{SQUARE}f 1 2 9\n"));
     desk.write("a.ron", stage("mesh: (file: \"m.obj\")", ""));
     let said = ["m.obj:5:7: error: vertex 9 does not exist", "5 | f 1 2 9", "the file is named in a.ron:6:19"];
@@ -143,7 +143,7 @@ fn mistakes_inside_a_mesh_have_their_line_there() {
 
 #[test]
 fn texts_of_other_programs_are_read_or_named() {
-    let desk = Desk::new();
+    let desk = Sandbox::new();
     let scene = stage("sphere: (radius: 0.5)", "");
     let plain = picture(&desk, &scene);
     assert!(plain == picture(&desk, &format!("\u{feff}{scene}")));
@@ -160,10 +160,50 @@ fn texts_of_other_programs_are_read_or_named() {
     assert!(run.stderr.is_empty(), "{}", run.stderr);
 }
 
+/// A script chooses mesh files frame by frame, those of new entities too, and of a sequence the shutter sees what lies
+/// between two files.
+#[test]
+fn scripts_choose_mesh_files() {
+    let desk = Sandbox::new();
+    let at = |x: f64| format!("v {} -0.2 0\nv {} -0.2 0\nv {} 0.2 0\nf 1 2 3\n", x, x + 0.3, x);
+    for (frame, x) in [(1, -1.0), (2, 0.0), (3, 1.0)] {
+        desk.write(&format!("cache/c.{frame:04}.obj"), at(x));
+    }
+    desk.write("scene.ron", stage("name: \"m\", mesh: (file: \"cache/c.####.obj\")", ""));
+    let script = |body: &str| {
+        desk.write(
+            "show.rhai",
+            format!("animation(#{{ scene: \"scene.ron\", fps: 1, frames: 3 }});\nfn frame(s, f) {{ {body} }}"),
+        );
+    };
+    let frames = || {
+        desk.anim("show.rhai -o out --force").ok();
+        let read = |i: u32| image::load_from_memory(&desk.read(&format!("out/show.{i:04}.png"))).unwrap().to_rgb8();
+        [1, 2, 3].map(read)
+    };
+    let still = picture(&desk, &stage("mesh: (file: \"cache/c.0002.obj\")", ""));
+    desk.write("scene.ron", stage("name: \"m\", mesh: (file: \"cache/c.####.obj\")", ""));
+    script("s.get(\"m\").mesh.frame = f.number;");
+    let sequence = frames();
+    assert!(sequence[1] == still && sequence[0] != still);
+    script("s.get(\"m\").mesh.file = `cache/c.000${f.number}.obj`;");
+    assert!(frames() == sequence);
+    script("s.despawn(s.get(\"m\")); s.spawn(#{ name: \"n\", mesh: #{ file: `cache/c.000${f.number}.obj` } });");
+    assert!(frames() == sequence);
+    // While the shutter is open the triangle goes half of the way to the next file.
+    let blurred = "s.camera.shutter = [0, 0.5]; s.render.samples = 16; s.render.integrator = \"Distribution\"; \
+                   s.get(\"m\").mesh.frame = 1 + f.seconds;";
+    script(blurred);
+    let smear = frames();
+    assert!(lit(&smear[0]) > 2 * lit(&sequence[0]), "{} {}", lit(&smear[0]), lit(&sequence[0]));
+    script("s.get(\"m\").mesh.file = \"cache/c.0009.obj\";");
+    desk.anim("show.rhai -o two").fails(4, &["in frame 1: mesh of entity `m`: cannot read", "c.0009.obj"]);
+}
+
 /// A scene of meshes of every kind is the same to the byte however it is traced, and comes back as RON.
 #[test]
 fn meshes_of_several_materials_are_exact() {
-    let desk = Desk::new();
+    let desk = Sandbox::new();
     desk.write("m/bent.obj", bent());
     desk.write(
         "m/bent.mtl",

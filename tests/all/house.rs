@@ -23,8 +23,9 @@ const CRATES: &[(&str, &[&str])] = &[
     ("rhai", &["script"]),
     ("ron", &["load"]),
     ("earcutr", &["load"]),
+    ("jpeg_decoder", &["load"]),
     ("png", &["output"]),
-    ("exr", &["output"]),
+    ("exr", &["load", "output"]),
     ("clap", &["cli"]),
     ("ctrlc", &["cli"]),
 ];

@@ -100,6 +100,20 @@ impl MeshData {
         self.groups.iter().find(|set| &*set.name == name)
     }
 
+    /// The mesh on its way to another of the same triangles, `share` of 0 to 1; `None` if they are not the same.
+    pub fn toward(&self, other: &MeshData, share: f32) -> Option<MeshData> {
+        let is_same = self.triangles == other.triangles
+            && self.vertices.len() == other.vertices.len()
+            && self.normals.len() == other.normals.len();
+        is_same.then(|| {
+            let step = |(a, b): (&Vec3, &Vec3)| *a + (*b - *a) * share;
+            let mut moved = self.clone();
+            moved.vertices = self.vertices.iter().zip(&other.vertices).map(step).collect();
+            moved.normals = self.normals.iter().zip(&other.normals).map(step).collect();
+            moved
+        })
+    }
+
     /// Other triangles, which are in no group and wear nothing of their own.
     pub(super) fn put_triangles(&mut self, triangles: Vec<[u32; 3]>) {
         self.triangles = triangles;

@@ -29,6 +29,9 @@ pub use pieces::{Piece, Pieces};
 pub struct Mesh {
     /// OBJ, PLY or STL file, relative to the scene; `None` when the mesh is written out.
     pub file: Option<Text>,
+    /// Which file of a sequence, where the name of `file` has `####` for its number; 1 if not given. Between two whole
+    /// numbers the vertices are on their way from one to the other, if the triangles of both are the same.
+    pub frame: Option<f64>,
     /// Name of the one group or object of the file that shows; all of it without a name.
     pub group: Option<Text>,
     /// Whether missing vertex normals are computed from the triangles around each vertex: everywhere, nowhere, or, if
@@ -44,13 +47,22 @@ pub struct Mesh {
 
 impl Default for Mesh {
     fn default() -> Self {
-        Mesh { file: None, group: None, smooth: None, crease_angle: None, file_materials: true, data: Arc::default() }
+        Mesh {
+            file: None,
+            frame: None,
+            group: None,
+            smooth: None,
+            crease_angle: None,
+            file_materials: true,
+            data: Arc::default(),
+        }
     }
 }
 
 impl Mesh {
     pub const FIELDS: &'static [&'static str] = &[
         "file",
+        "frame",
         "group",
         "smooth",
         "crease_angle",
@@ -63,7 +75,7 @@ impl Mesh {
     ];
 
     /// Fields that are told by what the mesh is made of, wherever that was read from.
-    pub const DATA_FIELDS: [&'static str; 6] = ["file", "vertices", "triangles", "normals", "uvs", "colors"];
+    pub const DATA_FIELDS: [&'static str; 7] = ["file", "frame", "vertices", "triangles", "normals", "uvs", "colors"];
 
     /// Names of the materials that its faces wear by themselves.
     pub fn worn(&self) -> impl Iterator<Item = &Text> {
@@ -80,10 +92,11 @@ impl Mesh {
 
 impl PartialEq for Mesh {
     fn eq(&self, other: &Self) -> bool {
-        let Mesh { file, group, smooth, crease_angle, file_materials, data } = self;
+        let Mesh { file, frame, group, smooth, crease_angle, file_materials, data } = self;
         let same_data = Arc::ptr_eq(data, &other.data) || *data == other.data;
         (file, group, smooth) == (&other.file, &other.group, &other.smooth)
             && (crease_angle, file_materials) == (&other.crease_angle, &other.file_materials)
+            && frame == &other.frame
             && same_data
     }
 }
@@ -95,6 +108,7 @@ impl Record for Mesh {
     fn get(&self, field: &str) -> Option<Value> {
         match field {
             "file" => Some(self.file.to_value()),
+            "frame" => Some(self.frame.to_value()),
             "group" => Some(self.group.to_value()),
             "smooth" => Some(self.smooth.to_value()),
             "crease_angle" => Some(self.crease_angle.to_value()),
@@ -117,6 +131,13 @@ impl Record for Mesh {
                     self.data = Arc::default();
                     self.file = file;
                 }
+            }
+            "frame" => {
+                let frame = Option::from_value(value).map_err(wrong)?;
+                if frame != self.frame && self.file.is_some() {
+                    self.data = Arc::default();
+                }
+                self.frame = frame;
             }
             "group" => self.group = Option::from_value(value).map_err(wrong)?,
             "smooth" => self.smooth = Option::from_value(value).map_err(wrong)?,
@@ -141,6 +162,7 @@ impl Check for Mesh {
         let fail = |field, message| Err(Invalid { field, message });
         let data = &self.data;
         self.crease_angle.map_or(Ok(()), |angle| between("crease_angle", angle, 0.0, 180.0))?;
+        self.frame.map_or(Ok(()), |frame| between("frame", frame, 0.0, 1e9))?;
         data.vertices.iter().try_for_each(|v| position("vertices", v.as_dvec3()))?;
         data.normals.iter().try_for_each(|n| position("normals", n.as_dvec3()))?;
         let count = data.vertices.len();
@@ -177,6 +199,7 @@ impl Check for Mesh {
 #[serde(default, deny_unknown_fields, rename = "Mesh")]
 struct MeshForm {
     file: Option<Text>,
+    frame: Option<f64>,
     group: Option<Text>,
     smooth: Option<bool>,
     crease_angle: Option<f64>,
@@ -192,6 +215,7 @@ impl Default for MeshForm {
     fn default() -> Self {
         MeshForm {
             file: None,
+            frame: None,
             group: None,
             smooth: None,
             crease_angle: None,
@@ -211,8 +235,8 @@ impl<'de> Deserialize<'de> for Mesh {
         let MeshForm { vertices, triangles, normals, uvs, colors, .. } = form;
         let colors = colors.into_iter().map(|color| color.0).collect();
         let data = MeshData { colors, ..MeshData::new(vertices, triangles, normals).with_uvs(uvs) };
-        let MeshForm { file, group, smooth, crease_angle, file_materials, .. } = form;
-        Ok(Mesh { file, group, smooth, crease_angle, file_materials, data: Arc::new(data) })
+        let MeshForm { file, frame, group, smooth, crease_angle, file_materials, .. } = form;
+        Ok(Mesh { file, frame, group, smooth, crease_angle, file_materials, data: Arc::new(data) })
     }
 }
 
@@ -246,15 +270,25 @@ impl<'de> Deserialize<'de> for Rgba {
 /// What differs from the defaults; the data only if no file has them.
 impl Serialize for Mesh {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Mesh { file, group, smooth, crease_angle, file_materials, data } = self;
+        let Mesh { file, frame, group, smooth, crease_angle, file_materials, data } = self;
         let inline = file.is_none();
         let beside = [!data.normals.is_empty(), !data.uvs.is_empty(), !data.colors.is_empty()].map(|has| inline && has);
         let [normals, uvs, colors] = beside;
-        let options = [file.is_some(), group.is_some(), smooth.is_some(), crease_angle.is_some(), !file_materials];
+        let options = [
+            file.is_some(),
+            frame.is_some(),
+            group.is_some(),
+            smooth.is_some(),
+            crease_angle.is_some(),
+            !file_materials,
+        ];
         let count = options.into_iter().chain([inline, inline]).chain(beside).map(usize::from).sum();
         let mut out = serializer.serialize_struct("Mesh", count)?;
         if let Some(file) = file {
             out.serialize_field("file", file)?;
+        }
+        if let Some(frame) = frame {
+            out.serialize_field("frame", frame)?;
         }
         if let Some(group) = group {
             out.serialize_field("group", group)?;

@@ -163,7 +163,10 @@ impl Adopted {
             let name = match own {
                 Some(own) => own.clone(),
                 None => {
-                    let material = complete(scene, &brought, &mut warnings);
+                    let decoded = scene.render.transfer == Transfer::Srgb;
+                    let mut images = std::mem::take(&mut scene.images);
+                    let material = complete(&mut images, scene, decoded, &brought, &mut warnings);
+                    scene.images = images;
                     self.add(scene, file, &brought.name, material)
                 }
             };
@@ -201,6 +204,31 @@ impl Adopted {
     }
 }
 
+/// The names in a scene of the materials that a file brings, by their own; what the scene has not is added.
+pub fn names_for(
+    materials: &[(Text, Material)],
+    file: &str,
+    scene: &Scene,
+    added: &mut Vec<(Text, Material)>,
+) -> FxHashMap<Text, Text> {
+    let mut names = FxHashMap::default();
+    for (name, material) in materials {
+        let qualified = qualified(file, name);
+        let own = [&qualified, name].into_iter().find(|name| scene.material_index(name).is_some()).cloned();
+        let position = |added: &[(Text, Material)], wanted: &Text| added.iter().position(|(known, _)| known == wanted);
+        let name_there = match (&own, position(added, name)) {
+            (Some(own), _) => own.clone(),
+            (None, Some(at)) if added[at].1 != *material => qualified,
+            (None, _) => name.clone(),
+        };
+        if own.is_none() && position(added, &name_there).is_none() {
+            added.push((name_there.clone(), material.clone()));
+        }
+        names.insert(name.clone(), name_there);
+    }
+    names
+}
+
 /// The name of a file's material among those of other files: `vase/red` for `red` of `models/vase.obj`.
 fn qualified(file: &str, name: &str) -> Text {
     let stem = Path::new(file).file_stem().unwrap_or_default().to_string_lossy();
@@ -208,14 +236,19 @@ fn qualified(file: &str, name: &str) -> Text {
 }
 
 /// The material with those of its maps that can be used.
-fn complete(scene: &mut Scene, brought: &Brought, warnings: &mut Vec<Diagnostic>) -> Material {
+pub fn complete(
+    images: &mut ImageCache,
+    scene: &Scene,
+    curved: bool,
+    brought: &Brought,
+    warnings: &mut Vec<Diagnostic>,
+) -> Material {
     let mut material = brought.material.clone();
-    let curved = scene.render.transfer == Transfer::Srgb;
     for (slot, texture, warning) in &brought.maps {
         let Some(file) = &texture.image else { continue };
         let colored = matches!(slot, Slot::Color | Slot::Specular);
         let decoded = texture.decodes(colored && curved);
-        let picture = match image::fetch(&mut scene.images, &scene.base, file, decoded) {
+        let picture = match image::fetch(images, &scene.base, file, decoded) {
             Ok(picture) => picture,
             Err(problem) => {
                 let message = format!("{}: {}", warning.message, problem.message);

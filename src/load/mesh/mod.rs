@@ -5,6 +5,7 @@
 
 mod adopt;
 mod cursor;
+mod frames;
 mod obj;
 mod ply;
 pub mod polygon;
@@ -21,6 +22,8 @@ use crate::base::diagnostics::Diagnostic;
 use crate::base::{files, limits};
 use crate::components::*;
 use adopt::Adopted;
+pub use frames::{MeshFiles, numbered};
+use frames::{SequencePosition, between};
 use source::{Notes, SourceFile};
 
 /// Endings of the mesh files that are read.
@@ -61,34 +64,40 @@ pub fn load_all(scene: &mut Scene) -> (Vec<Problem>, Vec<Diagnostic>) {
     let mut adopted = Adopted::new(scene);
     for index in 0..scene.entities.len() {
         let Some(Component::Mesh(mesh)) = scene.entities[index].get(Kind::Mesh) else { continue };
-        let Some(file) = mesh.file.clone() else { continue };
+        let Some(SequencePosition { file, next }) = SequencePosition::of(mesh) else { continue };
         let path = |field: &str| component_path(index, Kind::Mesh).into_iter().chain([key(field)]).collect();
         if !mesh.data.vertices.is_empty() || !mesh.data.triangles.is_empty() {
             let message = "a mesh comes from a `file` or has `vertices` and `triangles`, not both";
             problems.push(Problem::new(path("file"), message));
             continue;
         }
-        let wears = mesh.file_materials;
         let mesh = mesh.clone();
-        let read = known.entry(file.clone()).or_insert_with(|| {
-            let decoded = scene.render.transfer == Transfer::Srgb;
-            load(&scene.base, &file, decoded).map(|loaded| {
-                warnings.extend_from_slice(&loaded.warnings);
-                Arc::new(adopted.take(scene, &file, loaded))
-            })
-        });
-        match read {
+        let mut read = |scene: &mut Scene, file: &Text| {
+            let entry = known.entry(file.clone()).or_insert_with(|| {
+                let decoded = scene.render.transfer == Transfer::Srgb;
+                load(&scene.base, file, decoded).map(|loaded| {
+                    warnings.extend_from_slice(&loaded.warnings);
+                    Arc::new(adopted.take(scene, file, loaded))
+                })
+            });
+            entry.clone()
+        };
+        let here = read(scene, &file);
+        // A sequence ends with its last file.
+        let next = next.and_then(|(next, share)| Some((read(scene, &next).ok()?, share)));
+        match here {
             Ok(data) => {
-                if wears {
+                if mesh.file_materials {
                     warnings.extend(adopted.warnings_of(&file));
                 }
-                let mesh = Mesh { data: data.clone(), ..mesh };
+                let data = between(&data, next.as_ref().map(|(data, share)| (&**data, *share)));
+                let mesh = Mesh { data, ..mesh };
                 if let Err(invalid) = mesh.check() {
                     problems.push(Problem::new(path(invalid.field), invalid.message));
                 }
                 scene.entities[index].put(mesh.into());
             }
-            Err(problem) => problems.push(Problem::from_file(path("file"), problem.clone())),
+            Err(problem) => problems.push(Problem::from_file(path("file"), problem)),
         }
     }
     (problems, warnings)

@@ -63,7 +63,7 @@ pub fn parse(source: SourceFile, decoded: bool, notes: &mut Notes) -> Result<Mes
 }
 
 fn check(source: SourceFile, corners: &[Vec3; 3], triangle: usize, at: String) -> Result<(), Diagnostic> {
-    let far = corners.iter().flat_map(|p| p.to_array()).find(|x| !(x.abs() <= FARTHEST as f32));
+    let far = corners.iter().flat_map(|p| p.to_array()).find(|x| x.is_nan() || x.abs() > FARTHEST as f32);
     match far {
         Some(x) => Err(source.whole(format!("triangle {triangle} has the coordinate {x}{at}"))),
         None => Ok(()),

@@ -79,6 +79,27 @@ fn p3f_lens_and_materials() {
 }
 
 #[test]
+fn no_accelerator_is_no_order_to_do_without() {
+    let accel = |n: u32| quiet(&format!("accel {n}\ns 0 0 0 1")).render.accel;
+    assert_eq!([0, 1, 2, 3].map(accel), [Accel::Auto, Accel::Grid, Accel::Bvh, Accel::Auto]);
+}
+
+#[test]
+fn skies_are_found_beside_the_folders_above() {
+    let folder = tempfile::tempdir().unwrap();
+    let sky = folder.path().join("SkyBox");
+    std::fs::create_dir_all(&sky).unwrap();
+    std::fs::create_dir_all(folder.path().join("scenes/p3f")).unwrap();
+    for face in crate::trace::light::environment::FACES {
+        ::image::RgbImage::from_pixel(1, 1, ::image::Rgb([255, 0, 255])).save(sky.join(format!("{face}.PNG"))).unwrap();
+    }
+    let base = folder.path().join("scenes/p3f");
+    let (scene, warnings) = parse("env skybox\ns 0 0 0 1", "a.p3f", &base, false).unwrap();
+    assert!(!warnings.0.iter().any(|w| w.message.contains("environment")), "{warnings}");
+    assert_eq!(scene.render.environment.as_deref(), Some("../../SkyBox"));
+}
+
+#[test]
 fn other_lenses() {
     let lens = |keys: &str| quiet(&format!("{VIEW}{keys}\ns 0 0 0 1")).camera;
     let world = lens("lensRadius 0.5\napperture 2\nfocalp 3\nviewp 1");

@@ -65,7 +65,7 @@ pub fn emitters(geometry: &Geometry, materials: &[ShadingParams]) -> Vec<Emitter
     let shines = |primitive: u32| materials[geometry.tag(primitive).material as usize].emission != Vec3::ZERO;
     for n in geometry.range(PrimitiveKind::Sphere) {
         let [x, y, z, radius] = geometry.sphere(n);
-        add(n, 0, EmitterShape::Sphere { center: Vec3::new(x, y, z), radius });
+        add(n, 0, EmitterShape::Sphere { center: Vec3::new(x, y, z), radius: radius.abs() });
     }
     for n in geometry.range(PrimitiveKind::Triangle) {
         add(n, 0, EmitterShape::triangle(geometry.corners(n)));

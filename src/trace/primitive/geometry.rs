@@ -89,6 +89,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
+    /// A negative radius turns the inside out: what is around the sphere is made of its material, as around a bubble.
     pub fn push_sphere(&mut self, tag: Tag, center: Vec3, radius: f32) {
         self.spheres.push([center.x, center.y, center.z, radius]);
         self.tags[PrimitiveKind::Sphere as usize].push(tag);
@@ -277,7 +278,7 @@ impl Geometry {
             PrimitiveKind::Sphere => {
                 let [x, y, z, r] = self.sphere(number);
                 let c = Vec3::new(x, y, z);
-                Bounds { min: c - r, max: c + r }
+                Bounds { min: c - r.abs(), max: c + r.abs() }
             }
             PrimitiveKind::Triangle | PrimitiveKind::MeshTriangle => Bounds::around(&self.corners(number)),
             PrimitiveKind::Box => {

@@ -253,11 +253,13 @@ fn on_sphere(near: Vec3, center: Vec3, radius: f32) -> (Vec3, Vec3, Vec3) {
     (point.into(), normal.into(), error.into())
 }
 
-/// Point, normal and error next to a point.
+/// Point, normal and error next to a point; inwards is out where the radius is negative.
 #[inline(always)]
 fn sphere_point<L: Lanes>(near: V3<L>, center: V3<L>, radius: L) -> (V3<L>, V3<L>, V3<L>) {
-    let normal = (near - center).normalize_or(V3::splat(Vec3::Y));
-    let error = center.abs() + V3 { x: radius, y: radius, z: radius };
+    let outward = L::select(radius.lt(L::splat(0.0)), L::splat(-1.0), L::splat(1.0));
+    let normal = (near - center).normalize_or(V3::splat(Vec3::Y)).scale(outward);
+    let size = radius.abs();
+    let error = center.abs() + V3 { x: size, y: size, z: size };
     (center + normal.scale(radius), normal, error.scale(L::splat(ROUNDING)))
 }
 

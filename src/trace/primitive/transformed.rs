@@ -81,7 +81,9 @@ impl TransformedShape {
 
     pub fn bounds(&self) -> Bounds {
         self.map.bounds(match self.shape {
-            PreparedShape::Sphere { center, radius } => Bounds { min: center - radius, max: center + radius },
+            PreparedShape::Sphere { center, radius } => {
+                Bounds { min: center - radius.abs(), max: center + radius.abs() }
+            }
             PreparedShape::Box { min, max } => Bounds { min, max },
             PreparedShape::Cone(cone) => cone_bounds(&cone),
         })
