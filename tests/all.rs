@@ -30,5 +30,9 @@ mod sequence;
 mod textures;
 #[path = "all/tool.rs"]
 mod tool;
+#[path = "all/trust.rs"]
+mod trust;
 #[path = "all/vectors.rs"]
 mod vectors;
+#[path = "all/version.rs"]
+mod version;

@@ -10,7 +10,7 @@ use super::text;
 /// The bytes of a file of at most `cap` bytes.
 ///
 /// # Errors
-/// A diagnostic of an input that is missing (with the nearest name in its folder), a folder, or too large.
+/// A diagnostic of an input that is missing (with the nearest name in its folder), no file, or too large.
 pub fn read_bytes(path: &Path, cap: u64) -> Result<Vec<u8>, Diagnostic> {
     let shown = path.display();
     let cannot = |error: std::io::Error| {
@@ -22,8 +22,13 @@ pub fn read_bytes(path: &Path, cap: u64) -> Result<Vec<u8>, Diagnostic> {
             _ => problem,
         }
     };
-    if path.is_dir() {
-        return Err(Diagnostic::error(format!("cannot read {shown}: it is a folder")));
+    // Opening a pipe would wait for somebody to write to it, and a device may never end.
+    match std::fs::metadata(path) {
+        Ok(kind) if kind.is_dir() => return Err(Diagnostic::error(format!("cannot read {shown}: it is a folder"))),
+        Ok(kind) if !kind.is_file() => {
+            return Err(Diagnostic::error(format!("cannot read {shown}: it is a device or a pipe, not a file")));
+        }
+        _ => {}
     }
     let file = File::open(path).map_err(cannot)?;
     let mut bytes = Vec::new();
@@ -103,5 +108,15 @@ mod tests {
         let find = |path: &str| find_any_case(folder.path(), Path::new(path));
         assert_eq!(find("maps/wood.png"), Some(PathBuf::from("Maps/Wood.PNG")));
         assert_eq!(find("maps/stone.png"), None);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn devices_are_refused_instead_of_waited_for() {
+        for device in ["/dev/zero", "/dev/null", "/dev/tty"] {
+            if Path::new(device).exists() {
+                assert!(read_bytes(Path::new(device), 9).unwrap_err().message.contains("not a file"), "{device}");
+            }
+        }
     }
 }

@@ -99,9 +99,27 @@ pub const GRID_LISTED_INSIDE: u64 = 4;
 
 /// Operations of one script function call (`setup` or one `frame`): about half a second of interpretation.
 pub const SCRIPT_OPERATIONS: u64 = 10_000_000;
-/// Seconds of one script function call, however few its operations: a backstop for operations that are slow, far above
-/// what `SCRIPT_OPERATIONS` plain ones take on a slow machine, so that it decides nothing but failures.
-pub const SCRIPT_SECONDS: u64 = 20;
+/// Seconds of processor time of one script function call, however few its operations: a backstop for operations that
+/// are slow, above what `SCRIPT_OPERATIONS` plain ones take on a slow machine, so that it decides nothing but failures.
+pub const SCRIPT_SECONDS: u64 = 4;
+/// The same where it runs on within one operation, which nothing but the end of its process stops.
+pub const SCRIPT_SECONDS_AT_MOST: u64 = 6;
+/// Bytes that a script may hold in one call, of strings, lists and what it has spawned together, where it has a process
+/// of its own: the most entities that it may spawn, twice over.
+pub const SCRIPT_BYTES: usize = 512 << 20;
+/// Bytes beyond these that the process may hold: its answer is made of what the script holds.
+pub const SCRIPT_BYTES_OF_ANSWER: usize = 512 << 20;
+/// Address space of a script's process beyond its scene, where the system can limit it: the bytes above, the stack, and
+/// what an allocator keeps in reserve.
+pub const SCRIPT_ADDRESSES: u64 = 2 << 30;
+/// Stack of a script's process: the deepest nesting that `SCRIPT_ARRAY` allows, at a kilobyte a level, twice over.
+pub const SCRIPT_STACK: usize = 64 << 20;
+/// Bytes of one message between a script's process and the program: what it may hold, and more.
+pub const SCRIPT_MESSAGE: u64 = 1 << 30;
+/// Modules that import each other in a row: nobody reads deeper ones.
+pub const SCRIPT_MODULE_DEPTH: usize = 16;
+/// Modules of one script.
+pub const SCRIPT_MODULES: usize = 256;
 /// Entities that one script function call may spawn: a second's work.
 pub const SCRIPT_SPAWNS: usize = 300_000;
 /// Nested calls in a script: well inside a 2 MB thread stack in a debug build too.

@@ -20,6 +20,10 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
+use crate::base::project::Access;
+use crate::script::Evaluation;
+use crate::script::host::{self, HOST_WORD, HostCommand};
+use crate::shot::{OpenOptions, Overrides};
 
 #[derive(Parser)]
 #[command(
@@ -71,6 +75,41 @@ struct InputArguments {
     /// Refuse what a tolerant reader of NFF and P3F skips with a warning
     #[arg(long)]
     strict: bool,
+    #[command(flatten)]
+    access: AccessArguments,
+}
+
+/// What inputs may read; shared by all commands that read some.
+#[derive(clap::Args)]
+struct AccessArguments {
+    /// The project root: files that a script or scene names are read below it only [default: the nearest folder above
+    /// the input with .git, golden.ron or scenes/, or else the input's own]
+    #[arg(long, value_name = "DIR")]
+    root: Option<PathBuf>,
+    /// Let inputs read files of this folder too; may be repeated
+    #[arg(long, value_name = "DIR")]
+    allow_read: Vec<PathBuf>,
+}
+
+impl AccessArguments {
+    fn access(&self) -> Access {
+        Access { root: self.root.clone(), allow_read: self.allow_read.clone() }
+    }
+}
+
+impl InputArguments {
+    /// How the input is opened: its script in processes of its own.
+    fn options(&self, overrides: Overrides) -> Result<OpenOptions, Diagnostics> {
+        let (defines, access) = (self.defines.clone(), self.access.access());
+        Ok(OpenOptions { defines, strict: self.strict, overrides, access, evaluation: evaluation()? })
+    }
+}
+
+/// Scripts are evaluated in processes of their own.
+fn evaluation() -> Result<Evaluation, Diagnostics> {
+    let command = HostCommand::this_program();
+    let command = command.map_err(|e| Diagnostic::io("this program", "find", &e))?;
+    Ok(Evaluation::Hosted(command))
 }
 
 fn parse_define(text: &str) -> Result<(String, String), String> {
@@ -92,8 +131,28 @@ enum Exit {
     Interrupted = 130,
 }
 
+impl Exit {
+    /// The exit code of two outcomes together: what stopped the program counts before what is wrong with an input, and
+    /// that before differences.
+    fn worse(self, other: Exit) -> Exit {
+        let rank = |exit: &Exit| match exit {
+            Exit::Done => 0,
+            Exit::Differences => 1,
+            Exit::Failed => 2,
+            Exit::Input => 3,
+            Exit::Io => 4,
+            Exit::Usage => 5,
+            Exit::Interrupted => 6,
+        };
+        std::cmp::max_by_key(self, other, rank)
+    }
+}
+
 /// Runs the program; `arguments` start with its own name.
 pub fn main(arguments: Vec<OsString>) -> ExitCode {
+    if arguments.get(1).is_some_and(|word| word == HOST_WORD) {
+        return host::serve();
+    }
     let parsed = match Arguments::try_parse_from(with_default_command(arguments)) {
         Ok(parsed) => parsed,
         Err(error) => {
@@ -186,6 +245,18 @@ mod tests {
         assert_eq!(of(Cause::Usage), Exit::Usage);
         assert_eq!(of(Cause::Io), Exit::Io);
         assert_eq!(of(Cause::Input), Exit::Input);
+    }
+
+    #[test]
+    fn the_worst_outcome_decides() {
+        for (a, b, worst) in [
+            (Exit::Done, Exit::Input, Exit::Input),
+            (Exit::Io, Exit::Input, Exit::Io),
+            (Exit::Usage, Exit::Io, Exit::Usage),
+            (Exit::Done, Exit::Done, Exit::Done),
+        ] {
+            assert_eq!((a.worse(b), b.worse(a)), (worst, worst));
+        }
     }
 
     #[test]

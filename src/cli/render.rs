@@ -159,8 +159,7 @@ pub fn plan(arguments: &FrameArguments) -> Result<(Shot, Plan), Diagnostics> {
         aovs: arguments.aovs.as_ref().map(|aovs| aovs.0.clone()),
         denoise: arguments.denoise.then_some(true),
     };
-    let InputArguments { input, defines, strict } = &arguments.input;
-    let (mut shot, warnings) = shot::open(input, defines, *strict, overrides)?;
+    let (mut shot, warnings) = shot::open_with(&arguments.input.input, arguments.input.options(overrides)?)?;
     say(&warnings);
     let count = shot.frames();
     let wanted = match &arguments.frames {

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Exit, InputArguments, print, say, usage};
+use super::{AccessArguments, Exit, InputArguments, print, say, usage};
 use crate::base::diagnostics::Diagnostics;
+use crate::base::project::Project;
 use crate::components::Scene;
 use crate::load;
 use crate::output::write_atomic;
@@ -31,11 +32,13 @@ pub struct ConvertArguments {
     /// Write to a file instead of stdout
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    access: AccessArguments,
 }
 
 pub fn dump(arguments: DumpArguments) -> Result<Exit, Diagnostics> {
-    let InputArguments { input, defines, strict } = &arguments.input;
-    let (mut shot, warnings) = shot::open(input, defines, *strict, Overrides::default())?;
+    let options = arguments.input.options(Overrides::default())?;
+    let (mut shot, warnings) = shot::open_with(&arguments.input.input, options)?;
     say(&warnings);
     if !(1..=shot.frames()).contains(&arguments.frame) {
         return Err(usage(format!("--frame {}: the sequence has frames 1 to {}", arguments.frame, shot.frames())));
@@ -45,17 +48,18 @@ pub fn dump(arguments: DumpArguments) -> Result<Exit, Diagnostics> {
 }
 
 pub fn convert(arguments: ConvertArguments) -> Result<Exit, Diagnostics> {
-    let (scene, warnings) = load::load_scene(&arguments.scene, arguments.strict)?;
+    let project = Project::of(&arguments.scene, &arguments.access.access())?;
+    let (scene, warnings) = load::load_scene_in(&arguments.scene, arguments.strict, &project)?;
     say(&warnings);
     write(&scene, arguments.out.as_deref())
 }
 
 fn write(scene: &Scene, out: Option<&Path>) -> Result<Exit, Diagnostics> {
     match out {
-        None => print(&load::write::to_ron(scene, None)),
+        None => print(&load::write::to_ron(scene, None)?),
         Some(path) => {
             let folder = path.parent().unwrap_or(Path::new(""));
-            write_atomic(path, load::write::to_ron(scene, Some(folder)).as_bytes())?;
+            write_atomic(path, load::write::to_ron(scene, Some(folder))?.as_bytes())?;
         }
     }
     Ok(Exit::Done)

@@ -5,6 +5,7 @@
 //! Space, unit and range of every field stand beside it.
 
 pub mod camera;
+mod codec;
 pub mod content;
 pub mod entity;
 pub mod film;
@@ -20,15 +21,15 @@ pub mod transform;
 pub mod value;
 
 pub use camera::{Camera, Focus, Lens};
-pub use entity::{Component, Edit, EntityDesc, Kind, Scene};
+pub use entity::{Component, ComponentType, Edit, EntityDesc, Kind, Role, Scene};
 pub use film::{Aov, Filter, ToneMap};
 pub use light::{AreaLight, Falloff, PointLight};
 pub use material::{Material, MaterialName, Model};
 pub use mesh::{FaceSet, Mesh, MeshData, Piece};
 pub use mip_map::{ImageCache, MipLevel, MipMap, Texels};
-pub use record::{Check, FieldError, Invalid, Record};
+pub use record::{Check, FieldClass, FieldError, Invalid, Record};
 pub use render::{Accel, Fresnel, Integrator, Render, Shadows, Transfer};
-pub use shapes::{AABox, Cone, Cylinder, Plane, Sphere, Triangle};
+pub use shapes::{AABox, Cone, Cylinder, Plane, Reach, Shape, Sphere, Triangle};
 pub use texture::{Axes, Encoding, Pattern, Space, TexelFilter, Texture, Wrap};
 pub use transform::{Motion, Scale, Transform};
 pub use value::{FieldValue, Mismatch, Text, Value};

@@ -8,6 +8,47 @@ use glam::{DVec2, DVec3};
 use super::record::ranges::{coordinate, direction, position};
 use super::record::{Check, Invalid, record};
 
+/// How far a shape reaches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// It has no point.
+    Empty,
+    /// It has bounds.
+    Finite,
+    /// It reaches everywhere.
+    Infinite,
+}
+
+/// What every shape says of itself, whatever it is traced as.
+pub trait Shape {
+    /// How far it reaches.
+    fn reach(&self) -> Reach {
+        Reach::Finite
+    }
+
+    /// Its support function in local space: the greatest dot product of its points and a direction, which may have any
+    /// length. It may be larger than that, for shapes whose points are many.
+    fn support(&self, direction: DVec3) -> f64;
+
+    /// How many primitives rays are tested against.
+    fn primitive_count(&self) -> usize {
+        1
+    }
+}
+
+/// The support function of a box.
+pub(super) fn support_of_box([min, max]: [DVec3; 2], direction: DVec3) -> f64 {
+    (min * direction).max(max * direction).element_sum()
+}
+
+/// The support function of the convex hull of two disks across the line between their centres.
+fn support_of_disks(ends: [(DVec3, f64); 2], direction: DVec3) -> f64 {
+    let axis = (ends[1].0 - ends[0].0).normalize_or_zero();
+    let across = (direction - axis * direction.dot(axis)).length();
+    let support = |(center, radius): (DVec3, f64)| center.dot(direction) + radius.abs() * across;
+    ends.into_iter().map(support).fold(f64::NEG_INFINITY, f64::max)
+}
+
 record! {
     /// A sphere.
     ///
@@ -16,8 +57,7 @@ record! {
     pub struct Sphere {
         /// Centre, local space.
         pub center: DVec3 = DVec3::ZERO,
-        /// Radius, not 0; a negative one shows the inside only (as NFF has it), or of a transparent material makes a bubble:
-        /// what is around it is made of the material, and what is inside is air.
+        /// Radius, not 0; a negative one shows the inside only (as NFF has it).
         pub radius: f64 = 1.0,
     }
 }
@@ -26,6 +66,12 @@ impl Check for Sphere {
     fn check(&self) -> Result<(), Invalid> {
         position("center", self.center)?;
         nonzero("radius", self.radius)
+    }
+}
+
+impl Shape for Sphere {
+    fn support(&self, direction: DVec3) -> f64 {
+        self.center.dot(direction) + self.radius.abs() * direction.length()
     }
 }
 
@@ -54,6 +100,12 @@ impl Check for Triangle {
     }
 }
 
+impl Shape for Triangle {
+    fn support(&self, direction: DVec3) -> f64 {
+        self.vertices.iter().map(|v| v.dot(direction)).fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
 record! {
     /// An infinite plane.
     ///
@@ -71,6 +123,15 @@ impl Check for Plane {
     fn check(&self) -> Result<(), Invalid> {
         position("point", self.point)?;
         direction("normal", self.normal)
+    }
+}
+
+impl Shape for Plane {
+    fn reach(&self) -> Reach {
+        Reach::Infinite
+    }
+    fn support(&self, _: DVec3) -> f64 {
+        f64::INFINITY
     }
 }
 
@@ -99,6 +160,12 @@ impl Check for AABox {
     }
 }
 
+impl Shape for AABox {
+    fn support(&self, direction: DVec3) -> f64 {
+        support_of_box([self.min.min(self.max), self.max.max(self.min)], direction)
+    }
+}
+
 record! {
     /// A cylinder between two points.
     ///
@@ -119,6 +186,12 @@ impl Check for Cylinder {
     fn check(&self) -> Result<(), Invalid> {
         nonzero("radius", self.radius)?;
         axis(self.base, self.apex)
+    }
+}
+
+impl Shape for Cylinder {
+    fn support(&self, direction: DVec3) -> f64 {
+        support_of_disks([(self.base, self.radius), (self.apex, self.radius)], direction)
     }
 }
 
@@ -164,5 +237,11 @@ impl Check for Cone {
             return Err(Invalid { field: "apex_radius", message });
         }
         Ok(())
+    }
+}
+
+impl Shape for Cone {
+    fn support(&self, direction: DVec3) -> f64 {
+        support_of_disks([(self.base, self.base_radius), (self.apex, self.apex_radius)], direction)
     }
 }

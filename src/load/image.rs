@@ -14,6 +14,7 @@ use super::resolve::{Problem, component_path, key};
 use super::spans::Step;
 use crate::base::color::srgb_decode;
 use crate::base::diagnostics::Diagnostic;
+use crate::base::project::{FileRole, Folder};
 use crate::base::{files, limits};
 use crate::components::*;
 use crate::trace::light::environment::{CubeMap, EnvironmentMap, FACES, Face};
@@ -21,22 +22,23 @@ use crate::trace::light::environment::{CubeMap, EnvironmentMap, FACES, Face};
 /// Endings of the faces of a cube map.
 const FACE_ENDINGS: [&str; 6] = ["jpg", "jpeg", "png", "tga", "bmp", "webp"];
 
-/// Reads the faces `right left top bottom front back` of a folder, in letters of any case.
+/// Reads the faces `right left top bottom front back` of a folder that a scene names, in letters of any case.
 ///
 /// With `linear` their sRGB values are decoded to linear light; otherwise they are taken as they are.
 ///
 /// # Errors
-/// A face that is missing, too large or not an image.
-pub fn read_cube_map(folder: &Path, linear: bool) -> Result<CubeMap, Diagnostic> {
+/// A face that is missing, too large, not an image, or outside of the project.
+pub fn read_cube_map(base: &Folder, folder: &str, linear: bool) -> Result<CubeMap, Diagnostic> {
     let mut faces = Vec::new();
+    let shown = base.find(folder, FileRole::Image)?;
     for name in FACES {
         let names = FACE_ENDINGS.map(|e| format!("{name}.{e}"));
-        let found = names.iter().find_map(|name| files::find_any_case(folder, Path::new(name)));
+        let found = names.iter().find_map(|name| files::find_any_case(&shown, Path::new(name)));
         let face = found.ok_or_else(|| {
             let endings = FACE_ENDINGS.map(|e| format!(".{e}")).join(", ");
-            Diagnostic::error(format!("{} has no face `{name}` ({endings})", folder.display()))
+            Diagnostic::error(format!("{} has no face `{name}` ({endings})", shown.display()))
         })?;
-        faces.push(read_face(&folder.join(face), linear)?);
+        faces.push(read_face(&base.admit(&format!("{folder}/{}", face.display()))?, linear)?);
     }
     match <[Face; 6]>::try_from(faces) {
         Ok(faces) => Ok(CubeMap { faces }),
@@ -182,12 +184,12 @@ pub fn read_mip_map(path: &Path, decoded: bool, cap: u64) -> Result<MipMap, Diag
 ///
 /// # Errors
 /// As [`read_mip_map`]; and if all pictures together have too many texels.
-pub fn fetch(images: &mut ImageCache, base: &Path, file: &Text, decoded: bool) -> Result<Arc<MipMap>, Diagnostic> {
+pub fn fetch(images: &mut ImageCache, base: &Folder, file: &Text, decoded: bool) -> Result<Arc<MipMap>, Diagnostic> {
     if let Some(known) = images.0.get(&(file.clone(), decoded)) {
         return Ok(known.clone());
     }
     let room = limits::TEXTURE_TEXELS.saturating_sub(images.texels());
-    let picture = Arc::new(read_mip_map(&base.join(&**file), decoded, room)?);
+    let picture = Arc::new(read_mip_map(&base.find(file, FileRole::Image)?, decoded, room)?);
     images.0.insert((file.clone(), decoded), picture.clone());
     Ok(picture)
 }
@@ -200,13 +202,12 @@ pub fn fetch(images: &mut ImageCache, base: &Path, file: &Text, decoded: bool) -
 /// As [`read_cube_map`] and [`fetch`].
 pub fn read_surroundings(
     images: &mut ImageCache,
-    base: &Path,
+    base: &Folder,
     name: &Text,
     decoded: bool,
 ) -> Result<EnvironmentMap, Diagnostic> {
-    let path = base.join(&**name);
-    if path.is_dir() {
-        return read_cube_map(&path, decoded).map(|cube| EnvironmentMap::Cube(Arc::new(cube)));
+    if base.find(name, FileRole::Image)?.is_dir() {
+        return read_cube_map(base, name, decoded).map(|cube| EnvironmentMap::Cube(Arc::new(cube)));
     }
     fetch(images, base, name, decoded).map(EnvironmentMap::Sphere)
 }
@@ -231,7 +232,7 @@ pub fn load_all(scene: &mut Scene) -> Vec<Problem> {
         }
     }
     for (index, desc) in entities.iter().enumerate() {
-        if let Some(Component::Texture(texture)) = desc.get(Kind::Texture) {
+        if let Some(texture) = desc.component::<Texture>() {
             read(component_path(index, Kind::Texture), texture, true);
         }
     }
@@ -251,11 +252,11 @@ mod tests {
             let picture = image::RgbImage::from_pixel(2, 2, image::Rgb([40 * i as u8, 0, 255]));
             picture.save(folder.path().join(format!("{name}.png"))).unwrap();
         }
-        let sky = read_cube_map(folder.path(), false).unwrap();
+        let sky = read_cube_map(&folder.path().into(), ".", false).unwrap();
         assert!((sky.lookup(Vec3::Y).x - 80.0 / 255.0).abs() < 1e-6);
         std::fs::remove_file(folder.path().join("back.png")).unwrap();
-        assert!(read_cube_map(folder.path(), false).unwrap_err().message.contains("`back`"));
+        assert!(read_cube_map(&folder.path().into(), ".", false).unwrap_err().message.contains("`back`"));
         std::fs::write(folder.path().join("back.png"), b"junk").unwrap();
-        assert!(read_cube_map(folder.path(), false).is_err());
+        assert!(read_cube_map(&folder.path().into(), ".", false).is_err());
     }
 }

@@ -13,21 +13,33 @@ pub mod spans;
 pub mod write;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Severity};
+use crate::base::project::{Access, FileRole, Folder, Project};
 use crate::base::{files, limits};
 use crate::components::Scene;
 
 /// Endings of the scene files that are read.
 pub const EXTENSIONS: [&str; 3] = ["ron", "nff", "p3f"];
 
-/// Reads a scene: what it says, and warnings. `strict` turns what a tolerant reader skips into errors.
+/// Reads a scene in its usual project, as [`load_scene_in`].
+///
+/// # Errors
+/// As [`load_scene_in`].
+pub fn load_scene(path: &Path, strict: bool) -> Result<(Scene, Diagnostics), Diagnostics> {
+    load_scene_in(path, strict, &Project::of(path, &Access::default())?)
+}
+
+/// Reads a scene: what it says, and warnings. `strict` turns what a tolerant reader skips into errors. The files that it
+/// names are read below the project's root only.
 ///
 /// # Errors
 /// Every mistake that was found, each with its place.
-pub fn load_scene(path: &Path, strict: bool) -> Result<(Scene, Diagnostics), Diagnostics> {
+pub fn load_scene_in(path: &Path, strict: bool, project: &Arc<Project>) -> Result<(Scene, Diagnostics), Diagnostics> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let base = path.parent().unwrap_or(Path::new("")).to_path_buf();
+    let base = Folder::around(path, project.clone());
+    project.record(path, FileRole::Scene);
     let name = path.to_string_lossy().into_owned();
     match extension.as_str() {
         "ron" => {

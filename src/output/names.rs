@@ -1,6 +1,9 @@
 //! What a frame's file is called.
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
+
+use super::format::Format;
+use super::formats::FORMATS;
 
 /// Where pictures go.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -8,7 +11,14 @@ pub enum Target {
     /// One file, for one frame.
     File(PathBuf),
     /// A file per frame: the text before the number, its least number of digits, and the text after it.
-    Pattern { before: String, digits: usize, after: String },
+    Pattern {
+        /// The text before the number, folders included.
+        before: String,
+        /// Least number of digits.
+        digits: usize,
+        /// The text after the number, with the ending.
+        after: String,
+    },
 }
 
 impl Target {
@@ -39,17 +49,23 @@ impl Target {
 /// # Errors
 /// What is wrong with `-o`, and what to write instead.
 pub fn resolve(out: Option<&str>, name: &str, sequence: bool, frames: usize) -> Result<Target, String> {
+    let usual = FORMATS[0].extensions[0];
     let in_folder = |folder: &str| {
-        let folder = folder.trim_end_matches(['/', '\\']);
-        let file = Path::new(folder).join(name).to_string_lossy().into_owned();
-        match sequence {
-            true => Target::Pattern { before: format!("{file}."), digits: 4, after: ".png".into() },
-            false => Target::File(format!("{file}.png").into()),
+        // A script called `...rhai` has the name `..`, which would lead out of the folder.
+        if !is_plain(name) {
+            return Err(format!("no file can be called `{name}`: name it with -o, as in -o frame.####.png"));
         }
+        // `/` alone stays what it is.
+        let folder = if folder.len() > 1 { folder.trim_end_matches(['/', '\\']) } else { folder };
+        let file = Path::new(folder).join(name).to_string_lossy().into_owned();
+        Ok(match sequence {
+            true => Target::Pattern { before: format!("{file}."), digits: 4, after: format!(".{usual}") },
+            false => Target::File(format!("{file}.{usual}").into()),
+        })
     };
     let Some(out) = out else {
         let folder = if sequence { format!("frames/{name}") } else { "frames".into() };
-        return Ok(in_folder(&folder));
+        return in_folder(&folder);
     };
     if out.is_empty() {
         return Err("-o: a folder, a pattern or a file name was expected".into());
@@ -60,34 +76,36 @@ pub fn resolve(out: Option<&str>, name: &str, sequence: bool, frames: usize) -> 
     });
     if let Some((start, digits)) = hashes {
         let (before, after) = (&out[..start], &out[start + digits..]);
-        let after = if after.contains('.') { after.to_string() } else { format!("{after}.png") };
-        return known(&after).map(|()| Target::Pattern { before: before.to_string(), digits, after: after.clone() });
+        let after = if after.contains('.') { after.to_string() } else { format!("{after}.{usual}") };
+        return known(&format!("frame{after}")).map(|()| Target::Pattern {
+            before: before.to_string(),
+            digits,
+            after: after.clone(),
+        });
     }
     if Path::new(out).extension().is_none() || Path::new(out).is_dir() || out.ends_with('/') {
-        return Ok(in_folder(out));
+        return in_folder(out);
     }
     known(out)?;
     if frames > 1 {
-        let (stem, ending) = out.split_at(out.len() - ".png".len());
+        let (stem, ending) = out.split_at(out.rfind('.').unwrap_or(out.len()));
         return Err(format!("-o {out}: {frames} frames need a number in their name, as in {stem}.####{ending}"));
     }
     Ok(Target::File(out.into()))
 }
 
+/// Whether a name is one part of a path and leads nowhere else.
+fn is_plain(name: &str) -> bool {
+    let parts: Vec<Component> = Path::new(name).components().collect();
+    matches!(parts[..], [Component::Normal(part)] if part == name)
+}
+
+/// Sees to it that pictures can be written under a name.
 fn known(name: &str) -> Result<(), String> {
-    if ends_with(name, ".png") || ends_with(name, ".exr") {
-        return Ok(());
+    match Format::of_path(Path::new(name)) {
+        Some(_) => Ok(()),
+        None => Err(format!("-o: pictures are written as {}, not `{name}`", Format::known_extensions())),
     }
-    Err(format!("-o: pictures are written as .png or .exr, not `{name}`"))
-}
-
-/// Whether a file's name says that it is an OpenEXR file.
-pub fn is_exr(path: &Path) -> bool {
-    ends_with(&path.to_string_lossy(), ".exr")
-}
-
-fn ends_with(name: &str, ending: &str) -> bool {
-    name.to_lowercase().ends_with(ending)
 }
 
 #[cfg(test)]
@@ -98,6 +116,16 @@ mod tests {
         match resolve(out, "show", sequence, frames) {
             Ok(target) => target.path(7).to_string_lossy().into_owned(),
             Err(message) => message,
+        }
+    }
+
+    #[test]
+    fn no_name_leads_out_of_its_folder() {
+        for name in ["..", ".", "", "a/b"] {
+            for out in [None, Some("out/")] {
+                assert!(resolve(out, name, true, 3).unwrap_err().contains("-o frame.####.png"), "{name}");
+            }
+            assert!(resolve(Some("x.##.png"), name, true, 3).is_ok());
         }
     }
 

@@ -1,6 +1,5 @@
 //! The Rhai engine, put together: packages, the API, the sandbox.
 
-use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ::rhai::packages::{
@@ -11,7 +10,7 @@ use ::rhai::{Dynamic, Engine, Map};
 use super::convert::describe;
 use super::errors::{Fallible, complain};
 use super::time::Header;
-use super::{handles, motion, random, sandbox, time, tokens, vector};
+use super::{closures, handles, motion, random, sandbox, time, tokens, vector};
 
 /// Functions of the API, for the nearest right word.
 pub const FUNCTIONS: &[&str] = &[
@@ -86,12 +85,7 @@ pub struct TopLevel {
 }
 
 /// An engine for one script. `constants` are seen from every function, once they are filled in.
-pub fn new(
-    folder: &Path,
-    defines: &[(String, String)],
-    top: &Arc<Mutex<TopLevel>>,
-    constants: &Arc<Mutex<Map>>,
-) -> Engine {
+pub fn new(defines: &[(String, String)], top: &Arc<Mutex<TopLevel>>, constants: &Arc<Mutex<Map>>) -> Engine {
     let mut engine = Engine::new_raw();
     CorePackage::new().register_into_engine(&mut engine);
     LogicPackage::new().register_into_engine(&mut engine);
@@ -105,13 +99,23 @@ pub fn new(
     time::register(&mut engine);
     handles::register(&mut engine);
     tokens::register(&mut engine);
+    closures::register(&mut engine);
     let top = top.clone();
     engine.register_fn("animation", move |map: Map| animation(&top, &map));
     let defines: Vec<(String, String)> = defines.to_vec();
     engine.register_fn("param", move |name: &str, default: Dynamic| param(&defines, name, default));
     show_constants(&mut engine, constants.clone());
-    sandbox::close(&mut engine, folder);
+    sandbox::close(&mut engine);
     engine
+}
+
+/// Fixes the keys of Rhai's hashes for this process. They are drawn anew for every build otherwise, and the names of
+/// closures are hashes.
+///
+/// A program that has used Rhai before on its own account has drawn them already, and keeps them: what a script can see
+/// of closures does not depend on them.
+pub fn fix_hashes() {
+    let _ = ::rhai::config::hashing::set_hashing_seed(Some([0x616e_696d, 1, 2, 3]));
 }
 
 /// Nothing but the frame functions runs from here on.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use ::rhai::{Dynamic, EvalAltResult, Position};
 
+use super::sandbox::Stopped;
 use super::{did_you_mean, engine};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, Place, suggestion};
 use crate::base::limits;
@@ -28,8 +29,161 @@ pub struct ScriptSource {
     pub text: String,
 }
 
+/// A script and its modules as text.
+pub struct ScriptSources {
+    main: ScriptSource,
+    modules: Vec<ScriptSource>,
+}
+
+/// What was evaluated when something went wrong.
+#[derive(Clone, Copy, Default)]
+pub struct Call<'a> {
+    /// The frame, from 1.
+    pub frame: Option<u32>,
+    /// The function of the script; the top level if there is none.
+    pub function: Option<&'a str>,
+    /// Where it went wrong, if it was found out by other means than the error itself.
+    pub place: Option<Position>,
+}
+
+impl ScriptSources {
+    pub fn new(main: ScriptSource) -> Self {
+        ScriptSources { main, modules: Vec::new() }
+    }
+
+    pub fn main(&self) -> &ScriptSource {
+        &self.main
+    }
+
+    pub fn add(&mut self, module: ScriptSource) {
+        self.modules.push(module);
+    }
+
+    pub fn of(&self, file: &str) -> Option<&ScriptSource> {
+        std::iter::once(&self.main).chain(&self.modules).find(|source| *source.file == *file)
+    }
+
+    fn texts(&self) -> impl Iterator<Item = &str> {
+        std::iter::once(&self.main).chain(&self.modules).map(|source| source.text.as_str())
+    }
+
+    /// Sees to it that the script, or one of its modules, reads every parameter that is given.
+    ///
+    /// # Errors
+    /// The first that is not read, with the nearest one that is.
+    pub fn check_defines(&self, defines: &[(String, String)]) -> Result<(), Diagnostics> {
+        let in_one = |text| str::split(text, "param(\"").skip(1).filter_map(|tail: &str| tail.split('"').next());
+        let read: Vec<&str> = self.texts().flat_map(in_one).collect();
+        match defines.iter().find(|(name, _)| !read.contains(&name.as_str())) {
+            None => Ok(()),
+            Some((name, _)) => {
+                let unknown = Diagnostic::error(format!("-D {name}: {} has no such parameter", self.main.file));
+                let help = suggestion(name, read).unwrap_or_else(|| "it reads none: param(\"name\", default)".into());
+                Err(unknown.because(Cause::Usage).help(help).into())
+            }
+        }
+    }
+
+    /// An error of Rhai as a diagnostic.
+    pub fn diagnose(&self, error: EvalAltResult, call: Call) -> Diagnostics {
+        let inner = error.unwrap_inner();
+        let (file, at) = deepest_position(&error, &self.main.file);
+        let source = self.of(file).unwrap_or(&self.main);
+        let (message, help) = self.words(inner);
+        let place = match (at.is_none(), call.place.filter(|at| !at.is_none()), call.function) {
+            (false, ..) => source.place(at),
+            (true, Some(at), _) => self.main.place(at),
+            (true, None, Some(function)) => self.main.place_without_position(inner, function),
+            (true, None, None) => Place::file(source.file.clone()),
+        };
+        let message = match call.frame {
+            Some(number) => format!("in frame {number}: {message}"),
+            None => message,
+        };
+        let diagnostic = Diagnostic::error(message).at(place);
+        match help {
+            Some(help) => diagnostic.help(help),
+            None => diagnostic,
+        }
+        .into()
+    }
+
+    /// An error of a module's own text.
+    pub fn diagnose_in(&self, file: &str, error: EvalAltResult) -> Diagnostics {
+        let (message, help) = self.words(error.unwrap_inner());
+        let (file, at) = deepest_position(&error, file);
+        let source = self.of(file).unwrap_or(&self.main);
+        let diagnostic = Diagnostic::error(message).at(source.place(at));
+        help.map_or(diagnostic.clone(), |help| diagnostic.help(help)).into()
+    }
+
+    fn words(&self, error: &EvalAltResult) -> (String, Option<String>) {
+        match error {
+            EvalAltResult::ErrorRuntime(payload, _) => match payload.clone().try_cast::<Complaint>() {
+                Some(complaint) => (complaint.message, complaint.help),
+                None => (payload.to_string(), None),
+            },
+            EvalAltResult::ErrorFunctionNotFound(signature, _) => self.unknown_function(signature),
+            EvalAltResult::ErrorVariableNotFound(name, _) => {
+                let words: Vec<&str> = self.words_of_text().collect();
+                let known = words.into_iter().filter(|word| *word != name);
+                (format!("there is no variable `{name}`"), did_you_mean(name, known))
+            }
+            EvalAltResult::ErrorTerminated(token, _)
+                if token.clone().try_cast::<Stopped>() == Some(Stopped::Memory) =>
+            {
+                let message = format!("the script holds more than {} MiB", limits::SCRIPT_BYTES >> 20);
+                (message, Some("look for a list or text that grows without end".into()))
+            }
+            EvalAltResult::ErrorTooManyOperations(_) | EvalAltResult::ErrorTerminated(..) => {
+                let help = "look for a loop that never ends".to_string();
+                ("the script runs for too long".into(), Some(help))
+            }
+            EvalAltResult::ErrorSystem(what, why) => (format!("{what}: {why}"), None),
+            EvalAltResult::ErrorDataTooLarge(what, _) => {
+                let what = what.trim_start_matches("Size of ").trim_start_matches("Length of ");
+                let (what, most) = match what {
+                    "string" => ("a text", limits::SCRIPT_STRING_BYTES),
+                    "object map" => ("a map", limits::SCRIPT_MAP),
+                    _ => ("a list", limits::SCRIPT_ARRAY),
+                };
+                (format!("{what} grows beyond {most} elements"), None)
+            }
+            EvalAltResult::ErrorStackOverflow(_) => {
+                ("functions call each other too deep".into(), Some("look for a recursion that never ends".into()))
+            }
+            EvalAltResult::ErrorParsing(kind, _) => (kind.to_string(), None),
+            EvalAltResult::ErrorMismatchDataType(expected, found, _) => {
+                (format!("expected {}, found {}", plain_type(expected), plain_type(found)), None)
+            }
+            other => {
+                let text = other.to_string();
+                let end = text.rfind(" (line ").unwrap_or(text.len());
+                (text[..end].to_string(), None)
+            }
+        }
+    }
+
+    fn unknown_function(&self, signature: &str) -> (String, Option<String>) {
+        let (name, arguments) = signature.split_once(" (").unwrap_or((signature, ")"));
+        let arguments: Vec<String> = arguments.trim_end_matches(')').split(", ").map(plain_type).collect();
+        let in_one = |text| str::split(text, "fn ").skip(1).filter_map(|tail: &str| tail.split('(').next());
+        let own = self.texts().flat_map(in_one).map(str::trim);
+        let known: Vec<&str> = engine::FUNCTIONS.iter().copied().chain(own).collect();
+        if known.contains(&name) {
+            return (format!("`{name}` does not take ({})", arguments.join(", ")), None);
+        }
+        (format!("there is no function `{name}` for ({})", arguments.join(", ")), did_you_mean(name, known))
+    }
+
+    fn words_of_text(&self) -> impl Iterator<Item = &str> {
+        let in_one = |text| str::split(text, |c: char| !c.is_alphanumeric() && c != '_');
+        self.texts().flat_map(in_one).filter(|word| word.len() > 1)
+    }
+}
+
 impl ScriptSource {
-    fn place(&self, at: Position) -> Place {
+    pub fn place(&self, at: Position) -> Place {
         match (at.line(), at.position()) {
             (Some(line), column) => {
                 Place::of_position(self.file.clone(), &self.text, line as u32, column.unwrap_or(1).max(1) as u32)
@@ -83,6 +237,11 @@ impl ScriptSource {
         loops().find(has_no_body).or_else(|| loops().find(ends_never))
     }
 
+    /// The file as a whole, as its first line shows it.
+    pub fn whole(&self) -> Place {
+        Place::of_span(self.file.clone(), &self.text, 0, 0)
+    }
+
     /// Where the header names the scene.
     pub fn place_of_scene(&self, name: &str) -> Place {
         let quoted = format!("\"{name}\"");
@@ -92,109 +251,24 @@ impl ScriptSource {
             None => Place::file(self.file.clone()),
         }
     }
-
-    /// Sees to it that the script reads every parameter that is given; modules may read them too.
-    pub fn check_defines(&self, defines: &[(String, String)]) -> Result<(), Diagnostics> {
-        let read: Vec<&str> = self.text.split("param(\"").skip(1).filter_map(|tail| tail.split('"').next()).collect();
-        if self.text.contains("import ") {
-            return Ok(());
-        }
-        match defines.iter().find(|(name, _)| !read.contains(&name.as_str())) {
-            None => Ok(()),
-            Some((name, _)) => {
-                let unknown = Diagnostic::error(format!("-D {name}: {} has no such parameter", self.file));
-                let help = suggestion(name, read).unwrap_or_else(|| "it reads none: param(\"name\", default)".into());
-                Err(unknown.because(Cause::Usage).help(help).into())
-            }
-        }
-    }
-
-    /// An error of Rhai as a diagnostic; `frame` is the frame that was evaluated.
-    pub fn diagnose(&self, error: EvalAltResult, frame: Option<u32>) -> Diagnostics {
-        let inner = error.unwrap_inner();
-        let at = deepest_position(&error);
-        let (message, help) = self.words(inner);
-        let place = match at.is_none() {
-            true => self.place_without_position(inner, if frame.is_some() { "frame" } else { "setup" }),
-            false => self.place(at),
-        };
-        let message = match frame {
-            Some(number) => format!("in frame {number}: {message}"),
-            None => message,
-        };
-        let diagnostic = Diagnostic::error(message).at(place);
-        match help {
-            Some(help) => diagnostic.help(help),
-            None => diagnostic,
-        }
-        .into()
-    }
-
-    fn words(&self, error: &EvalAltResult) -> (String, Option<String>) {
-        match error {
-            EvalAltResult::ErrorRuntime(payload, _) => match payload.clone().try_cast::<Complaint>() {
-                Some(complaint) => (complaint.message, complaint.help),
-                None => (payload.to_string(), None),
-            },
-            EvalAltResult::ErrorFunctionNotFound(signature, _) => self.unknown_function(signature),
-            EvalAltResult::ErrorVariableNotFound(name, _) => {
-                let words: Vec<&str> = self.words_of_text().collect();
-                let known = words.into_iter().filter(|word| *word != name);
-                (format!("there is no variable `{name}`"), did_you_mean(name, known))
-            }
-            EvalAltResult::ErrorTooManyOperations(_) | EvalAltResult::ErrorTerminated(..) => {
-                let help = "look for a loop that never ends".to_string();
-                ("the script runs for too long".into(), Some(help))
-            }
-            EvalAltResult::ErrorDataTooLarge(what, _) => {
-                let what = what.trim_start_matches("Size of ").trim_start_matches("Length of ");
-                let (what, most) = match what {
-                    "string" => ("a text", limits::SCRIPT_STRING_BYTES),
-                    "object map" => ("a map", limits::SCRIPT_MAP),
-                    _ => ("a list", limits::SCRIPT_ARRAY),
-                };
-                (format!("{what} grows beyond {most} elements"), None)
-            }
-            EvalAltResult::ErrorStackOverflow(_) => {
-                ("functions call each other too deep".into(), Some("look for a recursion that never ends".into()))
-            }
-            EvalAltResult::ErrorParsing(kind, _) => (kind.to_string(), None),
-            EvalAltResult::ErrorMismatchDataType(expected, found, _) => {
-                (format!("expected {}, found {}", plain_type(expected), plain_type(found)), None)
-            }
-            other => {
-                let text = other.to_string();
-                let end = text.rfind(" (line ").unwrap_or(text.len());
-                (text[..end].to_string(), None)
-            }
-        }
-    }
-
-    fn unknown_function(&self, signature: &str) -> (String, Option<String>) {
-        let (name, arguments) = signature.split_once(" (").unwrap_or((signature, ")"));
-        let arguments: Vec<String> = arguments.trim_end_matches(')').split(", ").map(plain_type).collect();
-        let own = self.text.split("fn ").skip(1).filter_map(|tail| tail.split('(').next()).map(str::trim);
-        let known = engine::FUNCTIONS.iter().copied().chain(own);
-        if known.clone().any(|k| k == name) {
-            return (format!("`{name}` does not take ({})", arguments.join(", ")), None);
-        }
-        (format!("there is no function `{name}` for ({})", arguments.join(", ")), did_you_mean(name, known))
-    }
-
-    fn words_of_text(&self) -> impl Iterator<Item = &str> {
-        self.text.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|word| word.len() > 1)
-    }
 }
 
-/// The innermost place in a chain of calls.
-fn deepest_position(error: &EvalAltResult) -> Position {
-    match error {
-        EvalAltResult::ErrorInFunctionCall(.., inner, at) | EvalAltResult::ErrorInModule(_, inner, at) => {
-            let inner = deepest_position(inner);
-            if inner.is_none() { *at } else { inner }
+/// The innermost place of an error.
+pub fn position(error: &EvalAltResult) -> Position {
+    deepest_position(error, "").1
+}
+
+/// The innermost place in a chain of calls, and the file that it is in.
+fn deepest_position<'a>(error: &'a EvalAltResult, file: &'a str) -> (&'a str, Position) {
+    let (inner_file, inner, at) = match error {
+        EvalAltResult::ErrorInFunctionCall(_, source, inner, at) if !source.is_empty() => (source.as_str(), inner, at),
+        EvalAltResult::ErrorInFunctionCall(_, _, inner, at) | EvalAltResult::ErrorInModule(_, inner, at) => {
+            (file, inner, at)
         }
-        other => other.position(),
-    }
+        other => return (file, other.position()),
+    };
+    let (found, position) = deepest_position(inner, inner_file);
+    if position.is_none() { (file, *at) } else { (found, position) }
 }
 
 /// What a person calls a type of Rhai's.

@@ -7,7 +7,17 @@
 //! ```
 //!
 //! A script never holds the World: it writes into an overlay over the scene, and what differs in the end is its list of
-//! [`Edit`]s. It sees no clock, no file but modules below its folder, and random numbers only from a seed.
+//! [`Edit`]s. It sees no clock, no file but modules below the project root, and random numbers only from a seed.
+//!
+//! # Where scripts run
+//!
+//! Rhai bounds what a script does, but not all of it: one operation may fill memory or overflow the stack, which ends the
+//! process without a word. So the program evaluates scripts in processes of their own ([`host`]), which take no harm with
+//! them. A library says where ([`Evaluation`]); by itself it evaluates in its own process, where [`limits`] of operations,
+//! sizes and processor time hold, and no budget of bytes unless its allocator counts ([`memory`]).
+//!
+//! [`limits`]: crate::base::limits
+//! [`memory`]: crate::base::memory
 //!
 //! # What a script can say
 //!
@@ -25,10 +35,14 @@
 //! - Motion: `lerp clamp smoothstep remap ease bezier spring keys orbit polar look_at aim rack`, `sind cosd tand`.
 //! - Random: `rng.float() rng.range(a, b) rng.int(a, b) rng.pick(list) rng.unit_vector()`, `rng(seed)`.
 
+mod closures;
 mod convert;
 mod engine;
 mod errors;
 mod handles;
+pub mod host;
+mod interpreter;
+mod modules;
 mod motion;
 mod overlay;
 mod random;
@@ -38,29 +52,46 @@ mod tokens;
 mod vector;
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
-
-use ::rhai::{AST, CallFnOptions, Dynamic, Engine, Map, Scope};
-use engine::TopLevel;
-use errors::ScriptSource;
-use handles::SceneHandle;
-use overlay::{NameIndex, Overlay};
-pub use time::{Header, TimeMode};
+use std::sync::Arc;
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, nearest};
-use crate::base::{files, limits, random as hash};
+use crate::base::files;
+use crate::base::project::{FileRole, Folder, Project};
 use crate::components::{Edit, Scene};
+use host::{HostCommand, HostPool};
+use interpreter::Interpreter;
+pub use time::{Header, TimeMode};
+
+/// Where scripts are evaluated.
+#[derive(Clone, Debug, Default)]
+pub enum Evaluation {
+    /// In this process. The limits of a script hold, but one that overflows the engine's stack or asks for more memory in
+    /// one operation than there is ends the process.
+    #[default]
+    InProcess,
+    /// In processes of their own, which may end without harm.
+    Hosted(HostCommand),
+}
 
 /// A script, compiled, its top level run once.
 pub struct Program {
-    engine: Engine,
-    ast: AST,
-    constants: Map,
+    evaluator: Evaluator,
     header: Header,
-    source: ScriptSource,
+    has_setup: bool,
+    /// Where the script names its scene.
+    place_of_scene: Place,
     folder: PathBuf,
-    /// Names of the scene that frames start from, made once.
-    index: Mutex<Option<(Arc<Scene>, Arc<NameIndex>)>>,
+    project: Arc<Project>,
+    /// Values of parameters, which are the user's own words.
+    given: Vec<String>,
+}
+
+/// A frame, counted from 1, and how many frames from its own time.
+pub type Moment = (u32, f64);
+
+enum Evaluator {
+    Here(Box<Interpreter>),
+    Hosted(Box<HostPool>),
 }
 
 impl Program {
@@ -68,63 +99,76 @@ impl Program {
     ///
     /// # Errors
     /// A file that cannot be read, mistakes of the script with their places, a define that it does not use.
-    pub fn open(path: &Path, defines: &[(String, String)]) -> Result<Program, Diagnostics> {
-        let text = files::read_text(path, limits::SCRIPT_FILE_BYTES)?;
-        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        let source = ScriptSource { file: path.to_string_lossy().into(), text };
-        source.check_defines(defines)?;
-        let top = Arc::new(Mutex::new(TopLevel::default()));
-        let constants = Arc::new(Mutex::new(Map::new()));
-        let mut engine = engine::new(&folder, defines, &top, &constants);
-        let ast = engine.compile(&source.text).map_err(|e| source.diagnose(e.into(), None))?;
-        let mut scope = Scope::new();
-        sandbox::start_call();
-        engine.run_ast_with_scope(&mut scope, &ast).map_err(|e| source.diagnose(*e, None))?;
-        let globals: Map = scope.iter().map(|(name, _, value)| (name.into(), value)).collect();
-        let header = match top.lock() {
-            Ok(mut top) => top.header.take(),
-            Err(_) => None,
+    pub fn open(
+        path: &Path,
+        defines: &[(String, String)],
+        project: &Arc<Project>,
+        evaluation: &Evaluation,
+    ) -> Result<Program, Diagnostics> {
+        let (evaluator, header, has_setup, place_of_scene) = match evaluation {
+            Evaluation::InProcess => {
+                let here = Box::new(Interpreter::open(path, defines, project)?);
+                let (header, has_setup, place) = (here.header().clone(), here.has_setup(), here.place_of_scene());
+                (Evaluator::Here(here), header, has_setup, place)
+            }
+            Evaluation::Hosted(command) => {
+                let (pool, opened) = HostPool::open(command, path, defines, project)?;
+                (Evaluator::Hosted(Box::new(pool)), opened.header, opened.has_setup, opened.place_of_scene)
+            }
         };
-        let header = header.ok_or_else(|| {
-            Diagnostic::error("the script does not call `animation`")
-                .at(Place::file(source.file.clone()))
-                .help("start it with animation(#{ scene: \"scene.ron\", frames: 48, fps: 24, mode: \"clip\" });")
-        })?;
-        if !ast.iter_functions().any(|f| f.name == "frame" && f.params.len() == 2) {
-            let missing = Diagnostic::error("the script has no function `frame(s, f)`");
-            return Err(missing.at(Place::file(source.file.clone())).help("add fn frame(s, f) { ... }").into());
-        }
-        engine::freeze(&mut engine);
-        if let Ok(mut constants) = constants.lock() {
-            constants.clone_from(&globals);
-        }
-        let ast = ast.clone_functions_only();
-        Ok(Program { engine, ast, constants: globals, header, source, folder, index: Mutex::new(None) })
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let given = defines.iter().map(|(_, value)| value.clone()).collect();
+        Ok(Program { evaluator, header, has_setup, place_of_scene, folder, project: project.clone(), given })
     }
 
+    /// What the script says of its sequence.
     pub fn header(&self) -> &Header {
         &self.header
     }
 
-    /// The scene's file: in the script's folder, in `scenes` beside it, or where the working folder has it.
+    /// The scene's file, and the project that it is read in: in the script's folder, in `scenes` beside it, or where the
+    /// working folder has it, below the project root. What the user has named with `-D` may lie anywhere.
     ///
     /// # Errors
     /// None of them is there; the place of `animation` and the nearest name.
-    pub fn scene_path(&self) -> Result<Option<PathBuf>, Diagnostics> {
+    pub fn scene_path(&self) -> Result<Option<(PathBuf, Arc<Project>)>, Diagnostics> {
         let Some(name) = &self.header.scene else { return Ok(None) };
-        let beside = self.folder.join("..").join("scenes").join(name);
+        let beside = self.folder.join("..").join("scenes");
         let plain = self.folder.parent().filter(|_| self.folder.file_name().is_some());
-        let beside = plain.map_or(beside, |parent| parent.join("scenes").join(name));
-        let places = [self.folder.join(name), beside, PathBuf::from(name)];
-        if let Some(found) = places.iter().find(|path| path.is_file()) {
-            return Ok(Some(found.clone()));
+        let beside = plain.map_or(beside, |parent| parent.join("scenes"));
+        let folders = [self.folder.clone(), beside, PathBuf::new()];
+        let paths = folders.iter().map(|folder| folder.join(name));
+        if self.given.contains(name)
+            && let Some(path) = paths.clone().find(|path| path.is_file())
+        {
+            return Ok(Some((path.clone(), self.project_of_own(&path)?)));
         }
-        let missing = Diagnostic::error(format!("there is no scene `{name}`")).at(self.source.place_of_scene(name));
-        Err(match places.iter().find_map(|path| files::nearest_file(path)) {
+        let mut refused = None;
+        for folder in &folders {
+            match Folder::new(folder.as_path(), self.project.clone()).find(name, FileRole::Scene) {
+                Ok(path) if path.is_file() => return Ok(Some((path, self.project.clone()))),
+                Ok(_) => {}
+                Err(problem) => drop(refused.get_or_insert(problem)),
+            }
+        }
+        if let Some(refused) = refused.filter(|_| paths.clone().any(|path| path.is_file())) {
+            return Err(refused.at(self.place_of_scene.clone()).into());
+        }
+        let missing = Diagnostic::error(format!("there is no scene `{name}`")).at(self.place_of_scene.clone());
+        Err(match paths.clone().find_map(|path| files::nearest_file(&path)) {
             Some(near) => missing.help(format!("did you mean `{near}`?")),
             None => missing.help("scenes are looked for beside the script, in `scenes` beside its folder, and here"),
         }
         .into())
+    }
+
+    /// A scene that the user has named brings its own project.
+    fn project_of_own(&self, scene: &Path) -> Result<Arc<Project>, Diagnostic> {
+        if self.project.holds(scene) {
+            return Ok(self.project.clone());
+        }
+        let own = Project::of(scene, &Default::default())?;
+        Ok(Arc::new(self.project.and(own.root())))
     }
 
     /// The edits of `setup`; none if the script has no such function.
@@ -132,10 +176,10 @@ impl Program {
     /// # Errors
     /// Mistakes of the script, with their places.
     pub fn setup(&self, scene: &Arc<Scene>) -> Result<Vec<Edit>, Diagnostics> {
-        if !self.ast.iter_functions().any(|f| f.name == "setup") {
+        if !self.has_setup {
             return Ok(Vec::new());
         }
-        self.call("setup", scene, None)
+        self.call(scene, None)
     }
 
     /// The edits of one frame, counted from 1, `offset` frames from its own time: a pure function of all three.
@@ -143,48 +187,14 @@ impl Program {
     /// # Errors
     /// Mistakes of the script, with their places and the frame.
     pub fn frame(&self, rest: &Arc<Scene>, number: u32, offset: f64) -> Result<Vec<Edit>, Diagnostics> {
-        self.call("frame", rest, Some((number, offset)))
+        self.call(rest, Some((number, offset)))
     }
 
-    fn call(&self, function: &str, scene: &Arc<Scene>, time: Option<(u32, f64)>) -> Result<Vec<Edit>, Diagnostics> {
-        let number = time.map(|(number, _)| number);
-        let seed = hash::hash_words([self.header.seed, u64::from(number.unwrap_or(0))]);
-        let handle = SceneHandle::new(Overlay::new(scene.clone(), self.index_of(scene)), seed);
-        let options = CallFnOptions::new().eval_ast(false).with_tag(handle.clone());
-        let mut scope = Scope::new();
-        for (name, value) in &self.constants {
-            scope.push_constant_dynamic(name.as_str(), value.clone());
+    fn call(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Result<Vec<Edit>, Diagnostics> {
+        match &self.evaluator {
+            Evaluator::Here(interpreter) => interpreter.call(scene, time),
+            Evaluator::Hosted(pool) => pool.call(scene, time),
         }
-        let scene_argument = Dynamic::from(handle.clone());
-        sandbox::start_call();
-        let outcome = match time {
-            Some((number, offset)) => {
-                let frame = Dynamic::from(time::FrameTime::new(&self.header, number, offset, seed));
-                self.engine.call_fn_with_options::<Dynamic>(
-                    options,
-                    &mut scope,
-                    &self.ast,
-                    function,
-                    (scene_argument, frame),
-                )
-            }
-            None => {
-                self.engine.call_fn_with_options::<Dynamic>(options, &mut scope, &self.ast, function, (scene_argument,))
-            }
-        };
-        outcome.map(|_| handle.edits()).map_err(|e| self.source.diagnose(*e, number))
-    }
-
-    fn index_of(&self, scene: &Arc<Scene>) -> Arc<NameIndex> {
-        let Ok(mut kept) = self.index.lock() else { return Arc::new(NameIndex::new(scene)) };
-        if let Some((known, index)) = &*kept
-            && Arc::ptr_eq(known, scene)
-        {
-            return index.clone();
-        }
-        let index = Arc::new(NameIndex::new(scene));
-        *kept = Some((scene.clone(), index.clone()));
-        index
     }
 }
 

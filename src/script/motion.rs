@@ -256,7 +256,7 @@ type OfTwo = fn(f64, f64) -> f64;
 
 /// Mathematics that gives the same bits everywhere, in place of what Rhai takes from the system.
 fn trigonometry(engine: &mut Engine) {
-    let functions: [(&str, OfOne); 15] = [
+    let functions: [(&str, OfOne); 18] = [
         ("sin", libm::sin),
         ("cos", libm::cos),
         ("tan", libm::tan),
@@ -266,6 +266,9 @@ fn trigonometry(engine: &mut Engine) {
         ("sinh", libm::sinh),
         ("cosh", libm::cosh),
         ("tanh", libm::tanh),
+        ("asinh", libm::asinh),
+        ("acosh", libm::acosh),
+        ("atanh", libm::atanh),
         ("exp", libm::exp),
         ("ln", libm::log),
         ("log", libm::log10),

@@ -189,31 +189,32 @@ impl Overlay {
         self.gone.insert(entity);
     }
 
-    /// The overlay as edits.
-    pub fn edits(&self) -> Vec<Edit> {
+    /// The overlay as edits; it is empty afterwards.
+    pub fn take_edits(&mut self) -> Vec<Edit> {
         let mut edits = Vec::new();
-        edits.extend(self.camera.iter().filter(|c| **c != self.rest.camera).cloned().map(Edit::Camera));
-        edits.extend(self.render.iter().filter(|r| **r != self.rest.render).cloned().map(Edit::Render));
-        for (index, material) in &self.materials {
-            if *material != self.rest.materials[*index].1 {
-                edits.push(Edit::Material { index: *index, material: material.clone() });
+        let rest = &self.rest;
+        edits.extend(self.camera.take().filter(|c| *c != rest.camera).map(Edit::Camera));
+        edits.extend(self.render.take().filter(|r| *r != rest.render).map(Edit::Render));
+        for (index, material) in std::mem::take(&mut self.materials) {
+            if material != rest.materials[index].1 {
+                edits.push(Edit::Material { index, material });
             }
         }
-        let added = self.new_materials.iter().cloned();
+        let added = self.new_materials.drain(..);
         edits.extend(added.map(|(name, material)| Edit::AddMaterial { name, material }));
-        edits.extend(self.spawned.iter().cloned().map(Edit::Spawn));
-        for ((entity, kind), written) in &self.components {
-            if self.gone.contains(entity) || written.as_ref() == self.rest.entities[*entity].get(*kind) {
+        edits.extend(self.spawned.drain(..).map(Edit::Spawn));
+        for ((entity, kind), written) in std::mem::take(&mut self.components) {
+            if self.gone.contains(&entity) || written.as_ref() == rest.entities[entity].get(kind) {
                 continue;
             }
             edits.push(match written {
-                Some(component) => Edit::Put { entity: *entity, component: component.clone() },
-                None => Edit::Take { entity: *entity, kind: *kind },
+                Some(component) => Edit::Put { entity, component },
+                None => Edit::Take { entity, kind },
             });
         }
-        for (entity, tags) in &self.tags {
-            if *tags != self.rest.entities[*entity].tags {
-                edits.push(Edit::Tags { entity: *entity, tags: tags.clone() });
+        for (entity, tags) in std::mem::take(&mut self.tags) {
+            if tags != rest.entities[entity].tags {
+                edits.push(Edit::Tags { entity, tags });
             }
         }
         edits.extend(self.gone.iter().map(|entity| Edit::Despawn { entity: *entity }));

@@ -1,29 +1,140 @@
-//! What keeps a script in bounds: limits set explicitly, words switched off, modules only from below its folder.
+//! What keeps a script in bounds: limits set explicitly, words switched off, and a watch over every operation.
 
 use std::cell::Cell;
-use std::path::{Component, Path, PathBuf};
-use std::time::Instant;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
-use ::rhai::module_resolvers::FileModuleResolver;
-use ::rhai::{Dynamic, Engine, EvalAltResult, Module, ModuleResolver, Position, Shared};
+use ::rhai::{Dynamic, Engine, EvalAltResult};
 
 use super::errors::{Fallible, complain};
-use crate::base::limits;
+use crate::base::{clock, limits, memory};
 
-/// Words of Rhai that a pure script does without: the clock, the system's mathematics, code from text.
+/// Words of Rhai that a pure script does without: the clock, the system's mathematics and code from text.
 const OFF: [&str; 4] = ["eval", "timestamp", "**", "**="];
 
+/// Why the watch has stopped a script; it travels through Rhai as the token of a termination.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stopped {
+    Time,
+    Memory,
+    /// As far as it was to run.
+    Mark,
+}
+
+/// What is to be known of a run beside its result.
+#[derive(Clone, Copy, Default)]
+pub struct Probe {
+    /// The step at which the run ends.
+    pub stop_at: Option<u64>,
+    pub report: Option<StepReport>,
+}
+
+/// Tells of steps: every so many, from one of them on.
+#[derive(Clone, Copy)]
+pub struct StepReport {
+    pub from: u64,
+    pub every: u64,
+    pub tell: fn(u64),
+}
+
+struct CallWatch {
+    /// Processor time of this thread when the call began.
+    started: Cell<Option<Duration>>,
+    /// Bytes that may be held.
+    ceiling: Cell<usize>,
+    steps: Cell<u64>,
+    probe: Cell<Probe>,
+    /// Where the steps are shown to other threads.
+    shown: Cell<Option<&'static AtomicU64>>,
+}
+
 thread_local! {
-    /// When the call that this thread evaluates was started; a script cannot see it.
-    static STARTED: Cell<Option<Instant>> = const { Cell::new(None) };
+    /// Over the call that this thread evaluates; a script cannot see it.
+    static WATCH: CallWatch = const {
+        CallWatch {
+            started: Cell::new(None),
+            ceiling: Cell::new(usize::MAX),
+            steps: Cell::new(0),
+            probe: Cell::new(Probe { stop_at: None, report: None }),
+            shown: Cell::new(None),
+        }
+    };
 }
 
-/// Starts the time that a call on this thread may take.
+/// Starts the time and the steps that a call on this thread may take, and the bytes that it may hold.
 pub fn start_call() {
-    STARTED.set(Some(Instant::now()));
+    WATCH.with(|watch| {
+        watch.started.set(Some(clock::thread_time()));
+        watch.ceiling.set(memory::held().map_or(usize::MAX, |held| held.saturating_add(limits::SCRIPT_BYTES)));
+        watch.steps.set(0);
+    });
 }
 
-pub fn close(engine: &mut Engine, folder: &Path) {
+/// What is wanted of the runs on this thread from now on.
+pub fn set_probe(probe: Probe) {
+    WATCH.with(|watch| watch.probe.set(probe));
+}
+
+/// Lets other threads see the steps of runs on this one.
+pub fn show_steps(at: &'static AtomicU64) {
+    WATCH.with(|watch| watch.shown.set(Some(at)));
+}
+
+/// Whether runs are looked into rather than made for their result.
+pub fn is_probing() -> bool {
+    WATCH.with(|watch| watch.probe.get().stop_at.is_some() || watch.probe.get().report.is_some())
+}
+
+/// Steps of the call that was started last on this thread.
+pub fn steps() -> u64 {
+    WATCH.with(|watch| watch.steps.get())
+}
+
+impl CallWatch {
+    fn look(&self) -> Option<Stopped> {
+        let steps = self.steps.get() + 1;
+        self.steps.set(steps);
+        if let Some(shown) = self.shown.get() {
+            shown.store(steps, Ordering::Relaxed);
+        }
+        let Probe { stop_at, report } = self.probe.get();
+        if let Some(StepReport { from, every, tell }) = report
+            && steps >= from
+            && steps.is_multiple_of(every)
+        {
+            tell(steps);
+        }
+        if stop_at.is_some_and(|at| steps >= at) {
+            return Some(Stopped::Mark);
+        }
+        if steps.is_multiple_of(64)
+            && self.ceiling.get() < usize::MAX
+            && memory::held().is_some_and(|held| held > self.ceiling.get())
+        {
+            return Some(Stopped::Memory);
+        }
+        let is_late = || {
+            let started = self.started.get()?;
+            Some(clock::thread_time().saturating_sub(started) >= Duration::from_secs(limits::SCRIPT_SECONDS))
+        };
+        (steps.is_multiple_of(4096) && is_late() == Some(true)).then_some(Stopped::Time)
+    }
+}
+
+/// Runs the engine. If it falls over, that is an error like others.
+///
+/// # Errors
+/// Those of the run.
+pub fn guarded<T>(run: impl FnOnce() -> Fallible<T>) -> Fallible<T> {
+    catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|cause| {
+        let text = cause.downcast_ref::<String>().map(String::as_str).or(cause.downcast_ref::<&str>().copied());
+        let text = text.unwrap_or("no reason given").to_string();
+        Err(EvalAltResult::ErrorSystem("the script engine fell over".into(), text.into()).into())
+    })
+}
+
+pub fn close(engine: &mut Engine) {
     for word in OFF {
         engine.disable_symbol(word);
     }
@@ -38,61 +149,23 @@ pub fn close(engine: &mut Engine, folder: &Path) {
         .set_max_variables(limits::SCRIPT_ITEMS)
         .set_max_functions(limits::SCRIPT_ITEMS)
         .set_max_modules(limits::SCRIPT_ITEMS);
-    engine.on_progress(|operations| {
-        let is_late =
-            operations % 1024 == 0 && STARTED.get().is_some_and(|at| at.elapsed().as_secs() >= limits::SCRIPT_SECONDS);
-        is_late.then_some(Dynamic::UNIT)
-    });
+    engine.on_progress(|_| WATCH.with(CallWatch::look).map(Dynamic::from));
     // Nobody listens: a script speaks through its edits.
     engine.on_print(|_| {}).on_debug(|_, _, _| {});
-    engine.set_module_resolver(BelowFolder {
-        folder: folder.to_path_buf(),
-        files: FileModuleResolver::new_with_path(folder),
-    });
+}
+
+/// Whether an error is a limit that was reached, of which Rhai loses the place on the way out of functions.
+pub fn is_limit(error: &EvalAltResult) -> bool {
+    use EvalAltResult as E;
+    let is_limit = |error: &E| {
+        matches!(
+            error,
+            E::ErrorTooManyOperations(_) | E::ErrorTerminated(..) | E::ErrorDataTooLarge(..) | E::ErrorSystem(..)
+        )
+    };
+    is_limit(error.unwrap_inner())
 }
 
 fn no_sleep() -> Fallible<()> {
     complain("a script has no clock and cannot sleep", None)
-}
-
-/// Modules from files below one folder.
-struct BelowFolder {
-    folder: PathBuf,
-    files: FileModuleResolver,
-}
-
-impl BelowFolder {
-    fn allows(&self, name: &str) -> bool {
-        let path = Path::new(name);
-        if !path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
-            return false;
-        }
-        let root = if self.folder.as_os_str().is_empty() { Path::new(".") } else { &self.folder };
-        let file = root.join(path).with_extension("rhai");
-        match (root.canonicalize(), file.canonicalize()) {
-            (Ok(root), Ok(file)) => file.starts_with(root),
-            // Not there: the resolver says so.
-            _ => true,
-        }
-    }
-}
-
-impl ModuleResolver for BelowFolder {
-    fn resolve(
-        &self,
-        engine: &Engine,
-        source: Option<&str>,
-        path: &str,
-        at: Position,
-    ) -> Result<Shared<Module>, Box<EvalAltResult>> {
-        if !self.allows(path) {
-            let help = Some("modules are .rhai files below the script's folder".into());
-            let refused = complain(format!("`{path}` cannot be imported"), help);
-            return refused.map_err(|mut error| {
-                error.set_position(at);
-                error
-            });
-        }
-        self.files.resolve(engine, source, path, at)
-    }
 }

@@ -27,7 +27,8 @@ fn open(text: &str, defines: &[(&str, &str)]) -> Result<Program, String> {
     let path = folder.path().join("show.rhai");
     std::fs::write(&path, text).unwrap();
     let defines: Vec<_> = defines.iter().map(|(a, b)| (a.to_string(), b.to_string())).collect();
-    Program::open(&path, &defines).map_err(|d| d.to_string())
+    let project = Project::of(&path, &Default::default()).map_err(|d| d.to_string())?;
+    Program::open(&path, &defines, &project, &Evaluation::InProcess).map_err(|d| d.to_string())
 }
 
 /// The edits of frame 3 out of 5 of a script with this body of `frame`.
@@ -219,8 +220,34 @@ fn a_script_stays_in_its_sandbox() {
     let deep = "animation(#{}); fn g(n) { g(n + 1) } fn frame(s, f) { g(0); }";
     let message = open(deep, &[]).unwrap().frame(&scene(), 1, 0.0).unwrap_err().to_string();
     assert!(message.contains("too deep"), "{message}");
-    said("let a = []; loop { a.push(a); }", &["a list grows beyond"]);
+    said("let a = []; loop { a.push(a); }", &["show.rhai:4:", "a list grows beyond"]);
     said("let t = \"x\"; loop { t += t; }", &["a text grows beyond"]);
+}
+
+#[test]
+fn limits_point_at_the_statement() {
+    let script = |helper: &str, body: &str| {
+        let text = format!("animation(#{{}});\nfn helper(n) {{\n{helper}\n}}\nfn frame(s, f) {{\n{body}\n}}");
+        open(&text, &[]).unwrap().frame(&scene(), 1, 0.0).unwrap_err().to_string()
+    };
+    let said = script("n", "let x = 0;\nwhile x >= 0 {\nx += 1;\n}");
+    assert!(["show.rhai:7:", "show.rhai:8:"].iter().any(|place| said.contains(place)), "{said}");
+    // In a function it is the call of it.
+    let said = script("loop { n += 1; }", "let x = 0;\nfor i in 0..3 {\nx += i;\nhelper(x);\n}");
+    assert!(said.contains("show.rhai:9:"), "{said}");
+    let said = script("n", "let t = \"x\";\nloop {\nt += t;\n}");
+    assert!(said.contains("show.rhai:8:") && said.contains("a text grows beyond"), "{said}");
+}
+
+#[test]
+fn closures_tell_no_name() {
+    let text = "let g = |x| x + 1; let h = Fn(\"frame\");
+        let all = [g.name, g.to_string(), \"\" + g, `${g}`, [g].to_string(), #{ a: g }.to_string(), [[g]].to_string()];
+        if all != [\"closure\", \"Fn(closure)\", \"Fn(closure)\", \"Fn(closure)\", \"[Fn(closure)]\", `#{\"a\": Fn(closure)}`,
+            \"[[Fn(closure)]]\"] { throw all.to_string(); }
+        if h.name != \"frame\" || !g.is_anonymous || g.call(1) != 2 { throw \"a closure is one no longer\"; }";
+    assert_eq!(frame(text), Ok(vec![]));
+    said("get_fn_metadata_list();", &["get_fn_metadata_list"]);
 }
 
 proptest! {

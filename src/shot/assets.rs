@@ -1,24 +1,22 @@
 //! Files that a scene names in its fields, by their content.
 
 use std::fs::Metadata;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use rustc_hash::FxHashMap;
 
 use crate::base::digest::{Digest, Hasher};
+use crate::base::project::{self, Folder};
 use crate::base::{files, limits};
 use crate::components::{Text, Value};
-
-/// Endings of pictures in a folder that a scene names as a whole, as it does for a cube map.
-const PICTURES: [&str; 5] = ["jpg", "jpeg", "png", "hdr", "exr"];
 
 /// Any text in a scene that is the path of a file or folder, relative to the scene, stands for what is in there.
 ///
 /// Which fields name files need not be known: a word that happens to be a file's name only makes the digest depend on
 /// more than it must. Each file is read once in a run.
 pub struct Assets {
-    base: PathBuf,
+    base: Folder,
     known: Mutex<FxHashMap<Text, Option<AssetContent>>>,
 }
 
@@ -29,7 +27,7 @@ struct AssetContent {
 }
 
 impl Assets {
-    pub fn new(base: PathBuf) -> Self {
+    pub fn new(base: Folder) -> Self {
         Assets { base, known: Mutex::default() }
     }
 
@@ -56,9 +54,10 @@ impl Assets {
         if let Some(content) = known.get(name) {
             return content.as_ref().map(|c| c.digest);
         }
-        let path = self.base.join(&**name);
-        let stamp = std::fs::metadata(&path).ok();
-        let content = read(&path).map(|digest| AssetContent { digest, stamp });
+        // A name that leads out of the project is refused by whoever reads it.
+        let path = self.base.admit(name).ok();
+        let stamp = path.as_ref().and_then(|path| std::fs::metadata(path).ok());
+        let content = path.and_then(|path| read(&path)).map(|digest| AssetContent { digest, stamp });
         let digest = content.as_ref().map(|c| c.digest);
         known.insert(name.clone(), content);
         digest
@@ -87,13 +86,11 @@ fn read(path: &Path) -> Option<Digest> {
     if kind.is_file() {
         return files::read_bytes(path, limits::IMAGE_FILE_BYTES).ok().map(|bytes| Digest::of(&bytes));
     }
-    let is_picture =
-        |path: &PathBuf| path.extension().is_some_and(|e| PICTURES.iter().any(|known| e.eq_ignore_ascii_case(known)));
-    let mut pictures: Vec<PathBuf> =
-        std::fs::read_dir(path).ok()?.flatten().map(|entry| entry.path()).filter(is_picture).collect();
-    pictures.sort();
+    if !kind.is_dir() {
+        return None;
+    }
     let mut hasher = Hasher::default();
-    for picture in pictures {
+    for picture in project::contents(path) {
         hasher.text(&picture.file_name()?.to_string_lossy());
         hasher.digest(files::read_bytes(&picture, limits::IMAGE_FILE_BYTES).map_or(Digest(0), |b| Digest::of(&b)));
     }

@@ -8,6 +8,7 @@
 //! one frame is rendered the one before is encoded and written.
 
 mod assets;
+mod files;
 pub mod fingerprint;
 mod parts;
 pub mod plan;
@@ -16,7 +17,7 @@ pub mod run;
 mod shutter;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use assets::Assets;
@@ -24,24 +25,34 @@ use fingerprint::{BaseFingerprint, Fingerprint};
 pub use shutter::Slice;
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::project::{Access, FileRole, Folder, Project};
 use crate::components::{Accel, Aov, Edit, Integrator, Render, Scene};
 use crate::load;
 use crate::load::mesh::MeshFiles;
 use crate::output::names::Target;
-use crate::script::Program;
+use crate::script::{Evaluation, Program};
 use crate::systems::{self, Stage};
 
 /// Settings of the command line; they have the last word in every frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
+    /// Width and height in pixels.
     pub size: Option<[u32; 2]>,
+    /// Samples per pixel.
     pub samples: Option<u32>,
+    /// Seed of all sampling.
     pub seed: Option<u64>,
+    /// Which light paths are followed.
     pub integrator: Option<Integrator>,
+    /// What finds primitives along rays.
     pub accel: Option<Accel>,
+    /// Side of the squares that point lights are widened to.
     pub light_size: Option<f64>,
+    /// Bits per channel of the picture file.
     pub bit_depth: Option<u32>,
+    /// Layers beside the colours.
     pub aovs: Option<Vec<Aov>>,
+    /// Whether noise is filtered out.
     pub denoise: Option<bool>,
 }
 
@@ -62,14 +73,30 @@ impl Overrides {
     }
 }
 
+/// How an input is opened.
+#[derive(Clone, Debug, Default)]
+pub struct OpenOptions {
+    /// Values of the script's parameters.
+    pub defines: Vec<(String, String)>,
+    /// Refuse what a tolerant reader of NFF and P3F skips with a warning.
+    pub strict: bool,
+    pub overrides: Overrides,
+    /// What may be read.
+    pub access: Access,
+    /// Where the script is evaluated.
+    pub evaluation: Evaluation,
+}
+
 /// An input that is open: a script with its scene, or a scene alone.
 pub struct Shot {
     /// Name of the input without its ending.
     pub name: String,
     /// File name of the input.
     pub source: String,
+    /// The World, as `setup` left it.
     pub stage: Stage,
     input: Input,
+    project: Arc<Project>,
 }
 
 /// What frames are made from, whatever World they are made in.
@@ -82,16 +109,26 @@ struct Input {
     meshes: MeshFiles,
 }
 
-/// Opens a script or a scene; gives it with the warnings of its scene.
+/// Opens a script or a scene as [`open_with`], in its usual project and in this process.
 ///
 /// # Errors
-/// Every mistake in the input, each with its place.
+/// As [`open_with`].
 pub fn open(
     input: &Path,
     defines: &[(String, String)],
     strict: bool,
     overrides: Overrides,
 ) -> Result<(Shot, Diagnostics), Diagnostics> {
+    open_with(input, OpenOptions { defines: defines.to_vec(), strict, overrides, ..OpenOptions::default() })
+}
+
+/// Opens a script or a scene; gives it with the warnings of its scene.
+///
+/// # Errors
+/// Every mistake in the input, each with its place.
+pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostics), Diagnostics> {
+    let OpenOptions { defines, strict, overrides, access, evaluation } = options;
+    let project = Project::of(input, &access)?;
     let name = input.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let source = input.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let is_script = input.extension().is_some_and(|e| e.eq_ignore_ascii_case("rhai"));
@@ -100,19 +137,19 @@ pub fn open(
             let message = format!("-D {define}: only a script has parameters, and {source} is a scene");
             return Err(Diagnostic::error(message).because(crate::base::diagnostics::Cause::Usage).into());
         }
-        let (scene, warnings) = load::load_scene(input, strict)?;
+        let (scene, warnings) = load::load_scene_in(input, strict, &project)?;
         let scene = Arc::new(scene);
         let base = BaseFingerprint::new(scene.clone(), Assets::new(scene.base.clone())).without_entities();
         let settings = scene.render.clone();
         let stage = systems::spawn(Arc::unwrap_or_clone(scene))?;
         let input = Input { program: None, base, settings, overrides, meshes: MeshFiles::default() };
-        return Ok((Shot { name, source, stage, input }, warnings));
+        return Ok((Shot { name, source, stage, input, project }, warnings));
     }
-    let program = Program::open(input, defines)?;
+    let program = Program::open(input, &defines, &project, &evaluation)?;
     let (scene, warnings) = match program.scene_path()? {
-        Some(path) => load::load_scene(&path, strict)?,
+        Some((path, project)) => load::load_scene_in(&path, strict, &project)?,
         None => {
-            let base = input.parent().unwrap_or(Path::new("")).to_path_buf();
+            let base = Folder::around(input, project.clone());
             (Scene { base, ..Scene::default() }, Diagnostics::default())
         }
     };
@@ -129,7 +166,7 @@ pub fn open(
     let settings = rest.render.clone();
     let base = BaseFingerprint::new(rest.clone(), Assets::new(rest.base.clone()));
     let input = Input { program: Some((program, rest)), base, settings, overrides, meshes };
-    Ok((Shot { name, source, stage, input }, warnings))
+    Ok((Shot { name, source, stage, input, project }, warnings))
 }
 
 impl Input {
@@ -201,7 +238,8 @@ impl Input {
         let fingerprints: Vec<Fingerprint> = slices.iter().map(|slice| slice.fingerprint(&self.base)).collect();
         self.with_slices(stage, frame, slices, |stage, _| {
             systems::check(stage)?;
-            target.map_or(Ok(()), |target| run::suits(&stage.settings(), &target.path(frame)))?;
+            files::load_images(stage)?;
+            target.map_or(Ok(()), |target| run::check_settings(&stage.settings(), &target.path(frame)))?;
             Ok(true)
         })?;
         Ok(Fingerprint::of_moments(&fingerprints))
@@ -219,10 +257,22 @@ fn guarded<T>(stage: &mut Stage, work: impl FnOnce(&mut Stage) -> Result<T, Diag
 fn panic_diagnostic(cause: &(dyn std::any::Any + Send)) -> Diagnostic {
     let text = cause.downcast_ref::<String>().map(String::as_str).or(cause.downcast_ref::<&str>().copied());
     let text = text.unwrap_or("no reason given");
-    Diagnostic::error(format!("the renderer failed: {text}")).help("this is a mistake in anim, not in the scene")
+    Diagnostic::bug(format!("the renderer failed: {text}"))
 }
 
 impl Shot {
+    /// Every file that the shot is made of, as far as it was evaluated: its path and what it is read as. Files that were
+    /// looked for and are not there are among them: should one appear, the shot may be another.
+    pub fn files(&self) -> Vec<(PathBuf, FileRole)> {
+        self.project.files()
+    }
+
+    /// The project that the shot belongs to.
+    pub fn project(&self) -> &Project {
+        &self.project
+    }
+
+    /// Whether it is a script, and not a scene alone.
     pub fn is_sequence(&self) -> bool {
         self.input.program.is_some()
     }

@@ -172,7 +172,7 @@ fn edits_and_the_scene_that_they_make_have_the_same_hash() {
 fn files_count_by_what_is_in_them() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, bytes: &str| std::fs::write(folder.path().join(name), bytes).unwrap();
-    let mut scene = Scene { base: folder.path().to_path_buf(), ..scene() };
+    let mut scene = Scene { base: folder.path().into(), ..scene() };
     scene.render.environment = Some("sky".into());
     std::fs::create_dir(folder.path().join("sky")).unwrap();
     write("sky/top.png", "blue");

@@ -4,75 +4,94 @@ use glam::{DAffine3, Vec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::hierarchy::Placement;
-use super::stage::{AuthoredIndex, Despawned, Stage};
+use super::stage::{EnvironmentKey, MaterialIndex, Stage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
-use crate::base::limits;
 use crate::components::*;
-use crate::load::image;
 use crate::trace::material::texture::{TextureBindings, TextureLayer, TextureSet};
 use crate::trace::primitive::{AffineMap, Bounds, ObjectSpace};
 
-/// Calls for every texture of the World, with whether it is of colours and with what a message calls its owner.
-fn for_each_texture(
-    stage: &Stage,
-    mut call: impl FnMut(&Texture, bool, &dyn Fn() -> String) -> Result<(), Diagnostic>,
-) -> Result<(), Diagnostic> {
+/// A file that the World names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileRequest {
+    /// Its name, relative to the scene.
+    pub file: Text,
+    /// Whether its bytes stand for the sRGB curve and are to be decoded to linear light.
+    pub decoded: bool,
+    /// What a message calls its user.
+    pub owner: String,
+}
+
+/// Whether the numbers of colour images are decoded to linear light.
+fn decodes_colors(stage: &Stage) -> bool {
+    stage.settings().transfer == Transfer::Srgb
+}
+
+/// The images of textures that are not loaded, as the World stands.
+pub fn missing_images(stage: &Stage) -> Vec<FileRequest> {
+    let mut missing: Vec<FileRequest> = Vec::new();
+    let decodes = decodes_colors(stage);
+    let mut add = |texture: &Texture, coloured: bool, owner: &dyn Fn() -> String| {
+        let Some(file) = &texture.image else { return };
+        let (file, decoded) = (file.clone(), texture.decodes(coloured && decodes));
+        let is_known = missing.iter().any(|one| one.file == file && one.decoded == decoded);
+        if !is_known && !stage.files.images.0.contains_key(&(file.clone(), decoded)) {
+            missing.push(FileRequest { file, decoded, owner: owner() });
+        }
+    };
     for (i, entity) in stage.materials.iter().enumerate() {
         let Ok(material) = stage.world.get::<&Material>(*entity) else { continue };
         for (field, texture, coloured) in material.maps() {
             let name = || stage.material_names.iter().find(|(_, index)| **index == i).map_or("", |(name, _)| name);
-            call(texture, coloured, &|| format!("`{field}` of material `{}`", name()))?;
+            add(texture, coloured, &|| format!("`{field}` of material `{}`", name()));
         }
     }
-    let mut query = stage.world.query::<(&AuthoredIndex, &Texture)>().without::<&Despawned>();
-    let mut found: Vec<_> = query.iter().collect();
-    found.sort_by_key(|(order, _)| **order);
-    for (order, texture) in found {
-        call(texture, true, &|| format!("texture of {}", stage.label(order.0 as usize)))?;
-    }
-    Ok(())
+    let _ = stage.for_each_in_order::<&Texture>(|index, texture| {
+        add(texture, true, &|| format!("texture of {}", stage.label(index)));
+        Ok(())
+    });
+    missing
 }
 
-/// Reads the pictures that textures name, those that are not yet there.
-///
-/// # Errors
-/// A picture that cannot be read, and who names it.
-pub fn load_images(stage: &mut Stage) -> Result<(), Diagnostics> {
-    let mut images = std::mem::take(&mut stage.derived.images);
-    let settings = stage.settings();
-    let curved = settings.transfer == Transfer::Srgb;
-    if images.texels() > limits::TEXTURE_TEXELS / 2 {
-        // A sequence of images would fill all of the room: those that this frame does not name make place.
-        let mut named: FxHashSet<(Text, bool)> = FxHashSet::default();
-        named.extend(settings.environment.iter().map(|file| (file.clone(), curved)));
-        let listed = for_each_texture(stage, |texture, coloured, _| {
-            named.extend(texture.image.iter().map(|file| (file.clone(), texture.decodes(coloured && curved))));
-            Ok(())
-        });
-        listed?;
-        images.0.retain(|key, _| named.contains(key));
+/// The images that the World names as it stands, textures and environment, each with whether it is decoded.
+pub fn named_images(stage: &Stage) -> FxHashSet<(Text, bool)> {
+    let decodes = decodes_colors(stage);
+    let mut named: FxHashSet<(Text, bool)> = environment_key(stage).into_iter().collect();
+    let mut add = |texture: &Texture, coloured: bool| {
+        named.extend(texture.image.iter().map(|file| (file.clone(), texture.decodes(coloured && decodes))));
+    };
+    for entity in &stage.materials {
+        let Ok(material) = stage.world.get::<&Material>(*entity) else { continue };
+        material.maps().for_each(|(_, texture, coloured)| add(texture, coloured));
     }
-    let read = for_each_texture(stage, |texture, coloured, owner| {
-        let Some(file) = &texture.image else { return Ok(()) };
-        let fetched = image::fetch(&mut images, &stage.base, file, texture.decodes(coloured && curved));
-        fetched.map(|_| ()).map_err(|e| Diagnostic { message: format!("{}: {}", owner(), e.message), ..e })
-    });
-    stage.derived.images = images;
-    read.map_err(Diagnostics::from)
+    stage.world.query::<&Texture>().iter().for_each(|texture| add(texture, true));
+    named
+}
+
+/// The environment that the settings name, if it is not loaded.
+pub fn missing_environment(stage: &Stage) -> Option<FileRequest> {
+    let (file, decoded) = environment_key(stage)?;
+    let is_loaded = stage.files.environment.as_ref().is_some_and(|(key, _)| *key == (file.clone(), decoded));
+    (!is_loaded).then(|| FileRequest { file, decoded, owner: "`environment`".into() })
+}
+
+/// The environment that the settings name, with how it is decoded.
+pub(super) fn environment_key(stage: &Stage) -> Option<EnvironmentKey> {
+    stage.settings().environment.map(|file| (file, decodes_colors(stage)))
 }
 
 /// The textures of every entity: the maps of its material, and its own texture over them.
 ///
 /// # Errors
-/// As [`load_images`].
-pub fn texture_bindings(stage: &mut Stage) -> Result<TextureBindings, Diagnostics> {
-    load_images(stage)?;
-    let stage = &*stage;
-    let curved = stage.settings().transfer == Transfer::Srgb;
+/// An image that is not loaded.
+pub fn texture_bindings(stage: &Stage) -> Result<TextureBindings, Diagnostics> {
+    if let Some(missing) = missing_images(stage).first() {
+        return Err(Diagnostic::bug(format!("{}: `{}` was not loaded", missing.owner, missing.file)).into());
+    }
+    let decodes = decodes_colors(stage);
     let layer = |texture: &Texture, coloured: bool| {
-        let picture =
-            |file: &Text| stage.derived.images.0.get(&(file.clone(), texture.decodes(coloured && curved))).cloned();
-        TextureLayer::new(texture, texture.image.as_ref().and_then(picture))
+        let image =
+            |file: &Text| stage.files.images.0.get(&(file.clone(), texture.decodes(coloured && decodes))).cloned();
+        TextureLayer::new(texture, texture.image.as_ref().and_then(image))
     };
     let of_material = |entity: &hecs::Entity| {
         let material = stage.world.get::<&Material>(*entity).ok();
@@ -91,48 +110,49 @@ pub fn texture_bindings(stage: &mut Stage) -> Result<TextureBindings, Diagnostic
     let mut bindings = TextureBindings::default();
     let of_material: Vec<Option<u32>> =
         sets.iter().map(|set| (!set.is_empty()).then(|| bindings.add(set.clone()))).collect();
-    type Parts<'q> =
-        (&'q AuthoredIndex, Option<&'q Texture>, Option<&'q MaterialName>, Option<&'q Placement>, Option<&'q Mesh>);
     let textured = of_material.iter().any(Option::is_some);
-    let mut query = stage.world.query::<Parts>().without::<&Despawned>();
-    let colored = |mesh: &Option<&Mesh>| mesh.is_some_and(|mesh| !mesh.data.colors.is_empty());
-    let matters =
-        |(_, texture, _, _, mesh): &<Parts as hecs::Query>::Item<'_>| textured || texture.is_some() || colored(mesh);
-    let mut found: Vec<_> = query.iter().filter(matters).collect();
-    found.sort_by_key(|(order, ..)| **order);
+    let is_colored = |mesh: &Mesh| !mesh.data.colors.is_empty();
+    let has_colors = stage.world.query::<&Mesh>().iter().any(is_colored);
+    if !textured && !has_colors && stage.world.query::<&Texture>().iter().next().is_none() {
+        return Ok(bindings);
+    }
     let default = stage.materials.len();
     // Entities that are textured alike share a set of textures.
     let mut own: FxHashMap<(Option<usize>, String), u32> = FxHashMap::default();
-    let mut bare: Option<u32> = None;
-    for (order, texture, material_name, placement, mesh) in found {
-        let of_entity = material_name.and_then(|name| stage.material_names.get(&name.0).copied());
-        let mut set_of = |bindings: &mut TextureBindings, material: Option<usize>| match texture {
-            None => material.and_then(|i| of_material[i]),
-            Some(texture) => Some(*own.entry((material, format!("{texture:?}"))).or_insert_with(|| {
-                let mut set = material.map_or_else(TextureSet::default, |i| sets[i].clone());
-                set.color.push(layer(texture, true));
-                bindings.add(set)
-            })),
-        };
+    let mut plain: Option<u32> = None;
+    type Parts<'q> = (Option<&'q Texture>, Option<&'q MaterialIndex>, Option<&'q Placement>, Option<&'q Mesh>);
+    stage.for_each_in_order::<Parts>(|index, (texture, material, placement, mesh)| {
+        let colored = mesh.is_some_and(is_colored);
+        if !textured && !colored && texture.is_none() {
+            return Ok(());
+        }
+        let of_entity = material.map(|material| material.0 as usize);
         let pieces = mesh.map(Mesh::pieces);
         let of_piece = |piece: &Piece| {
             let own = piece.material.as_ref().and_then(|name| stage.material_names.get(name).copied());
             own.or(of_entity)
         };
         let whole = pieces.is_none().then_some(of_entity);
-        let materials = pieces.iter().flat_map(|pieces| pieces.iter().map(of_piece)).chain(whole);
-        let colored = colored(&mesh);
-        let mut frame_of_entity = None;
-        for material in materials {
-            let set = match set_of(&mut bindings, material) {
+        let mut space = None;
+        for material in pieces.iter().flat_map(|pieces| pieces.iter().map(of_piece)).chain(whole) {
+            let set = match texture {
+                None => material.and_then(|i| of_material[i]),
+                Some(texture) => Some(*own.entry((material, format!("{texture:?}"))).or_insert_with(|| {
+                    let mut set = material.map_or_else(TextureSet::default, |i| sets[i].clone());
+                    set.color.push(layer(texture, true));
+                    bindings.add(set)
+                })),
+            };
+            let set = match set {
                 Some(set) => set,
-                None if colored => *bare.get_or_insert_with(|| bindings.add(TextureSet::default())),
+                None if colored => *plain.get_or_insert_with(|| bindings.add(TextureSet::default())),
                 None => continue,
             };
-            let frame = frame_of_entity.get_or_insert_with(|| frame(placement, mesh));
-            bindings.put(order.0, material.unwrap_or(default) as u32, frame, colored, set);
+            let space = space.get_or_insert_with(|| frame(placement, mesh));
+            bindings.put(index as u32, material.unwrap_or(default) as u32, space, colored, set);
         }
-    }
+        Ok(())
+    })?;
     Ok(bindings)
 }
 

@@ -6,14 +6,15 @@ mod pieces;
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Serialize};
 
 use super::record::ranges::{between, position};
 use super::record::{Check, Invalid};
+use super::shapes::{Reach, Shape, support_of_box};
 use super::value::{FieldValue, Text, Value};
-use super::{FieldError, Record};
+use super::{FieldClass, FieldError, Record};
 use crate::base::diagnostics::suggestion;
 pub use data::{FaceSet, MeshData};
 pub use pieces::{Piece, Pieces};
@@ -74,8 +75,17 @@ impl Mesh {
         "colors",
     ];
 
-    /// Fields that are told by what the mesh is made of, wherever that was read from.
-    pub const DATA_FIELDS: [&'static str; 7] = ["file", "frame", "vertices", "triangles", "normals", "uvs", "colors"];
+    /// The class of each field.
+    pub const CLASSES: &'static [FieldClass] = &{
+        let mut classes = [FieldClass::Data; Self::FIELDS.len()];
+        // What is shown of the data, and how.
+        let mut i = 2;
+        while i < 6 {
+            classes[i] = FieldClass::General;
+            i += 1;
+        }
+        classes
+    };
 
     /// Names of the materials that its faces wear by themselves.
     pub fn worn(&self) -> impl Iterator<Item = &Text> {
@@ -104,6 +114,9 @@ impl PartialEq for Mesh {
 impl Record for Mesh {
     fn fields(&self) -> &'static [&'static str] {
         Self::FIELDS
+    }
+    fn classes(&self) -> &'static [FieldClass] {
+        Self::CLASSES
     }
     fn get(&self, field: &str) -> Option<Value> {
         match field {
@@ -191,6 +204,19 @@ impl Check for Mesh {
             }
             _ => Ok(()),
         }
+    }
+}
+
+impl Shape for Mesh {
+    fn reach(&self) -> Reach {
+        if self.data.vertices.is_empty() { Reach::Empty } else { Reach::Finite }
+    }
+    fn support(&self, direction: DVec3) -> f64 {
+        let of_box = |corners: &[Vec3; 2]| support_of_box(corners.map(|corner| corner.as_dvec3()), direction);
+        self.data.boxes().iter().map(of_box).fold(f64::NEG_INFINITY, f64::max)
+    }
+    fn primitive_count(&self) -> usize {
+        self.data.triangles.len()
     }
 }
 

@@ -9,12 +9,13 @@ use super::obj::{Library, Obj};
 use super::source::{Notes, SourceFile};
 use super::{Brought, Loaded, text_of};
 use crate::base::diagnostics::Diagnostic;
+use crate::base::project::{FileRole, Folder};
 use crate::base::{files, limits};
 use crate::components::*;
 use crate::load::image;
 
 /// Reads the libraries that an OBJ file names: the materials that its faces wear.
-pub fn libraries(base: &Path, file: &str, source: SourceFile, obj: &Obj, notes: &mut Notes) -> Vec<Brought> {
+pub fn libraries(base: &Folder, file: &str, source: SourceFile, obj: &Obj, notes: &mut Notes) -> Vec<Brought> {
     let folder = Path::new(file).parent().unwrap_or(Path::new("")).to_path_buf();
     let worn: FxHashSet<&str> = obj.data.materials.iter().map(|set| &*set.name).collect();
     let mut found: Vec<Brought> = Vec::new();
@@ -59,7 +60,7 @@ pub fn libraries(base: &Path, file: &str, source: SourceFile, obj: &Obj, notes: 
 }
 
 /// The files that a `mtllib` statement names: one whose name may have blanks in it, or several.
-fn library_paths(base: &Path, folder: &Path, name: &str) -> Vec<PathBuf> {
+fn library_paths(base: &Folder, folder: &Path, name: &str) -> Vec<PathBuf> {
     let place = |name: &str| folder.join(name.replace('\\', "/"));
     let whole = place(name);
     let words: Vec<&str> = name.split_whitespace().collect();
@@ -71,15 +72,16 @@ fn library_paths(base: &Path, folder: &Path, name: &str) -> Vec<PathBuf> {
 
 /// A file by its path relative to `base`: as it is written; or else by its name alone beside where it should be, as
 /// projects that were moved want it; in letters of any case.
-fn find(base: &Path, path: &Path) -> Option<PathBuf> {
-    if base.join(path).is_file() {
+fn find(base: &Folder, path: &Path) -> Option<PathBuf> {
+    let is_file = |path: &Path| base.admit(&path.to_string_lossy()).is_ok_and(|full| full.is_file());
+    if is_file(path) {
         return Some(path.to_path_buf());
     }
-    files::find_any_case(base, path).filter(|path| base.join(path).is_file())
+    files::find_any_case(base, path).filter(|path| is_file(path))
 }
 
-fn library(base: &Path, path: &Path, notes: &mut Notes) -> Result<Vec<Brought>, Diagnostic> {
-    let full = base.join(path);
+fn library(base: &Folder, path: &Path, notes: &mut Notes) -> Result<Vec<Brought>, Diagnostic> {
+    let full = base.find(&path.to_string_lossy(), FileRole::Mesh)?;
     let bytes = files::read_bytes(&full, limits::SCENE_FILE_BYTES)?;
     let shown = full.display().to_string();
     let source = SourceFile { file: &shown, bytes: &bytes };
@@ -109,7 +111,7 @@ fn library(base: &Path, path: &Path, notes: &mut Notes) -> Result<Vec<Brought>, 
 }
 
 /// Where an image of a library is: relative to it, or by its name alone if the folders before it are another machine's.
-fn image_path(base: &Path, folder: &Path, file: &str) -> PathBuf {
+fn image_path(base: &Folder, folder: &Path, file: &str) -> PathBuf {
     let file = file.replace('\\', "/");
     let written = folder.join(&file);
     let alone = folder.join(file.rsplit('/').next().unwrap_or(&file));
@@ -117,7 +119,7 @@ fn image_path(base: &Path, folder: &Path, file: &str) -> PathBuf {
 }
 
 /// White materials with a picture each, for faces that name only that.
-pub fn textures(base: &Path, file: &str, source: SourceFile, data: &MeshData) -> Vec<Brought> {
+pub fn textures(base: &Folder, file: &str, source: SourceFile, data: &MeshData) -> Vec<Brought> {
     let folder = Path::new(file).parent().unwrap_or(Path::new(""));
     let brought = |set: &FaceSet| {
         let image = image_path(base, folder, &set.name).to_string_lossy().replace('\\', "/");

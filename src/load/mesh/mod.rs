@@ -12,13 +12,13 @@ pub mod polygon;
 mod source;
 mod stl;
 
-use std::path::Path;
 use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
 use super::resolve::{Problem, component_path, key};
 use crate::base::diagnostics::Diagnostic;
+use crate::base::project::{FileRole, Folder};
 use crate::base::{files, limits};
 use crate::components::*;
 use adopt::Adopted;
@@ -63,7 +63,7 @@ pub fn load_all(scene: &mut Scene) -> (Vec<Problem>, Vec<Diagnostic>) {
     let (mut problems, mut warnings) = (Vec::new(), Vec::new());
     let mut adopted = Adopted::new(scene);
     for index in 0..scene.entities.len() {
-        let Some(Component::Mesh(mesh)) = scene.entities[index].get(Kind::Mesh) else { continue };
+        let Some(mesh) = scene.entities[index].component::<Mesh>() else { continue };
         let Some(SequencePosition { file, next }) = SequencePosition::of(mesh) else { continue };
         let path = |field: &str| component_path(index, Kind::Mesh).into_iter().chain([key(field)]).collect();
         if !mesh.data.vertices.is_empty() || !mesh.data.triangles.is_empty() {
@@ -107,8 +107,8 @@ pub fn load_all(scene: &mut Scene) -> (Vec<Problem>, Vec<Diagnostic>) {
 ///
 /// # Errors
 /// What is wrong with the file, at its place in there if it has one.
-pub fn load(base: &Path, file: &str, decoded: bool) -> Result<Loaded, Diagnostic> {
-    let path = base.join(file);
+pub fn load(base: &Folder, file: &str, decoded: bool) -> Result<Loaded, Diagnostic> {
+    let path = base.find(file, FileRole::Mesh)?;
     let shown = path.display().to_string();
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     if !EXTENSIONS.contains(&extension.as_str()) {

@@ -17,12 +17,12 @@ fn folder(files: &[(&str, &[u8])]) -> tempfile::TempDir {
 
 fn read(name: &str, bytes: &[u8]) -> Result<MeshData, String> {
     let folder = folder(&[(name, bytes)]);
-    load(folder.path(), name, false).map(|loaded| loaded.data).map_err(|problem| problem.to_string())
+    load(&folder.path().into(), name, false).map(|loaded| loaded.data).map_err(|problem| problem.to_string())
 }
 
 fn warnings(name: &str, bytes: &[u8]) -> Vec<String> {
     let folder = folder(&[(name, bytes)]);
-    let loaded = load(folder.path(), name, false).unwrap();
+    let loaded = load(&folder.path().into(), name, false).unwrap();
     loaded.warnings.iter().chain(&loaded.material_warnings).map(ToString::to_string).collect()
 }
 
@@ -157,7 +157,7 @@ fn scene(files: &[(&str, &[u8])], mesh: Mesh, materials: &[&str]) -> (Scene, Vec
     let folder = folder(files);
     let material = |name: &&str| (Text::from(*name), Material { gloss: 0.5, ..Material::default() });
     let mut scene = Scene {
-        base: folder.path().to_path_buf(),
+        base: folder.path().into(),
         entities: vec![EntityDesc::new([mesh.into()]).named("m")],
         materials: materials.iter().map(material).collect(),
         ..Scene::default()
@@ -337,6 +337,6 @@ proptest! {
 #[test]
 fn a_scene_names_files_relative_to_itself() {
     let folder = folder(&[("a/b.obj", TWO)]);
-    assert!(load(folder.path(), "a/b.obj", false).is_ok());
-    assert!(load(Path::new("nowhere"), "a/b.obj", false).is_err());
+    assert!(load(&folder.path().into(), "a/b.obj", false).is_ok());
+    assert!(load(&Path::new("nowhere").into(), "a/b.obj", false).is_err());
 }

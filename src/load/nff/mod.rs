@@ -17,6 +17,7 @@ use lexer::{Lexer, Word};
 use rustc_hash::FxHashMap;
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, Severity, nearest};
+use crate::base::project::Folder;
 use crate::base::{files, limits};
 use crate::components::*;
 use crate::load::image;
@@ -39,7 +40,7 @@ struct LightRecord {
 struct NffReader<'a> {
     lexer: Lexer<'a>,
     file: &'a str,
-    base: &'a Path,
+    base: &'a Folder,
     strict: bool,
     scene: Scene,
     lights: Vec<LightRecord>,
@@ -62,14 +63,14 @@ struct Stop;
 ///
 /// # Errors
 /// Data without a sensible reading; with `strict`, all that a tolerant reading would skip.
-pub fn parse(text: &str, file: &str, base: &Path, strict: bool) -> Result<(Scene, Diagnostics), Diagnostics> {
+pub fn parse(text: &str, file: &str, base: &Folder, strict: bool) -> Result<(Scene, Diagnostics), Diagnostics> {
     let render = Render { samples: 1, transfer: Transfer::Linear, ..Render::default() };
     let mut reader = NffReader {
         lexer: Lexer::new(text),
         file,
         base,
         strict,
-        scene: Scene { render, base: base.to_path_buf(), ..Scene::default() },
+        scene: Scene { render, base: base.clone(), ..Scene::default() },
         lights: Vec::new(),
         material: None,
         materials: FxHashMap::default(),
@@ -238,7 +239,7 @@ impl NffReader<'_> {
         self.p3f = true;
         let Some(name) = self.lexer.next() else { return };
         let folder = self.sky_folder(name.text);
-        match image::read_cube_map(&self.base.join(&folder), false) {
+        match image::read_cube_map(self.base, &folder, false) {
             Ok(_) => self.scene.render.environment = Some(folder.into()),
             Err(problem) => {
                 let message = format!("no environment: {}; the background colour is used", problem.message);
@@ -253,9 +254,12 @@ impl NffReader<'_> {
     /// out; in letters of any case.
     fn sky_folder(&self, name: &str) -> String {
         let places = (0..=limits::SKY_FOLDERS_ABOVE).map(|up| "../".repeat(up) + name);
-        let find = |place: String| files::find_any_case(self.base, Path::new(&place));
-        let mut found = places.filter_map(find).filter(|place| self.base.join(place).is_dir());
-        found.next().map_or(name.to_string(), |place| place.to_string_lossy().replace('\\', "/"))
+        let find = |place: String| {
+            let found = files::find_any_case(self.base, Path::new(&place))?.to_string_lossy().replace('\\', "/");
+            self.base.admit(&found).ok().filter(|path| path.is_dir()).map(|_| found)
+        };
+        let mut found = places.filter_map(find);
+        found.next().unwrap_or_else(|| name.to_string())
     }
 
     fn point_light(&mut self, word: Word) {

@@ -5,9 +5,11 @@ use std::path::Path;
 use proptest::prelude::*;
 
 use super::*;
+use crate::base::project::{Access, Project};
 
 fn read(text: &str) -> (Scene, Vec<String>) {
-    let (scene, warnings) = parse(text, "a.nff", Path::new("nowhere"), false).map_err(|d| d.to_string()).unwrap();
+    let (scene, warnings) =
+        parse(text, "a.nff", &Folder::from(Path::new("nowhere")), false).map_err(|d| d.to_string()).unwrap();
     (scene, warnings.0.iter().map(ToString::to_string).filter(|w| !w.contains("no camera")).collect())
 }
 
@@ -23,7 +25,7 @@ fn shape(text: &str) -> Component {
 }
 
 fn fails(text: &str) -> String {
-    parse(text, "a.nff", Path::new("nowhere"), false).map(|_| ()).unwrap_err().to_string()
+    parse(text, "a.nff", &Folder::from(Path::new("nowhere")), false).map(|_| ()).unwrap_err().to_string()
 }
 
 const VIEW: &str = "v\nfrom 0 0 8\nat 0 0 0\nup 0 1 0\nangle 90\nhither 1\nresolution 200 100\n";
@@ -93,7 +95,9 @@ fn skies_are_found_beside_the_folders_above() {
     for face in crate::trace::light::environment::FACES {
         ::image::RgbImage::from_pixel(1, 1, ::image::Rgb([255, 0, 255])).save(sky.join(format!("{face}.PNG"))).unwrap();
     }
-    let base = folder.path().join("scenes/p3f");
+    let input = folder.path().join("scenes/p3f/a.p3f");
+    let access = Access { root: Some(folder.path().into()), ..Access::default() };
+    let base = Folder::around(&input, Project::of(&input, &access).unwrap());
     let (scene, warnings) = parse("env skybox\ns 0 0 0 1", "a.p3f", &base, false).unwrap();
     assert!(!warnings.0.iter().any(|w| w.message.contains("environment")), "{warnings}");
     assert_eq!(scene.render.environment.as_deref(), Some("../../SkyBox"));
@@ -171,7 +175,7 @@ fn what_cannot_be_read_is_skipped_with_its_place() {
         assert_eq!(scene.entities.len(), 1, "{text}");
         assert!(warnings[0].starts_with(place) && warnings[0].contains(words), "{}", warnings[0]);
         if !text.starts_with("env") {
-            assert!(parse(text, "a.nff", Path::new(""), true).is_err(), "{text}");
+            assert!(parse(text, "a.nff", &Folder::from(Path::new("")), true).is_err(), "{text}");
         }
     }
     let (scene, warnings) = read(&VIEW.replace("up", "upp"));
@@ -214,7 +218,7 @@ proptest! {
     #[test]
     fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
         let text = String::from_utf8_lossy(&bytes);
-        let _ = parse(&text, "a.nff", Path::new("nowhere"), false);
+        let _ = parse(&text, "a.nff", &Folder::from(Path::new("nowhere")), false);
     }
 
     #[test]
@@ -224,6 +228,6 @@ proptest! {
             (-5i32..9).prop_map(|i| i.to_string()),
             Just("0.5.5".to_string()), Just("1e308".to_string()), Just("from".to_string()), Just("\n".to_string()),
         ], 0..60)) {
-        let _ = parse(&words.join(" "), "a.nff", Path::new("nowhere"), false);
+        let _ = parse(&words.join(" "), "a.nff", &Folder::from(Path::new("nowhere")), false);
     }
 }

@@ -5,8 +5,6 @@
 
 mod explain;
 
-use std::path::Path;
-
 use ::ron::extensions::Extensions;
 use serde::Deserialize;
 use serde::de::{Error as _, MapAccess, Visitor};
@@ -14,6 +12,7 @@ use serde::de::{Error as _, MapAccess, Visitor};
 use super::resolve::{self, Problem};
 use super::{image, mesh, spans};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place};
+use crate::base::project::Folder;
 use crate::components::*;
 
 /// How RON is read and written: `Some` and the names of one-field tuples may be left out.
@@ -66,7 +65,7 @@ impl<'de> Deserialize<'de> for NamedMaterials {
 ///
 /// # Errors
 /// Every mistake in it, each with its place.
-pub fn parse(text: &str, file: &str, base: &Path) -> Result<(Scene, Diagnostics), Diagnostics> {
+pub fn parse(text: &str, file: &str, base: &Folder) -> Result<(Scene, Diagnostics), Diagnostics> {
     let read = match options().from_str::<SceneFile>(text) {
         Ok(read) => read,
         Err(error) => {
@@ -78,14 +77,8 @@ pub fn parse(text: &str, file: &str, base: &Path) -> Result<(Scene, Diagnostics)
         }
     };
     let SceneFile { camera, render, materials, entities } = read;
-    let mut scene = Scene {
-        camera,
-        render,
-        materials: materials.0,
-        entities,
-        base: base.to_path_buf(),
-        images: ImageCache::default(),
-    };
+    let mut scene =
+        Scene { camera, render, materials: materials.0, entities, base: base.clone(), images: ImageCache::default() };
     let mut problems = resolve::check(&scene);
     let mut warnings = Vec::new();
     if problems.is_empty() {

@@ -24,7 +24,7 @@ const GOOD: &str = r#"// A scene.
 "#;
 
 fn read(text: &str) -> Result<Scene, String> {
-    parse(text, "a.ron", Path::new("")).map(|(scene, _)| scene).map_err(|d| d.to_string())
+    parse(text, "a.ron", &Folder::from(Path::new(""))).map(|(scene, _)| scene).map_err(|d| d.to_string())
 }
 
 #[track_caller]
@@ -51,9 +51,9 @@ fn a_scene_is_what_it_says() {
 #[test]
 fn what_is_written_is_read_back() {
     let scene = read(GOOD).unwrap();
-    let text = to_ron(&scene, None);
+    let text = to_ron(&scene, None).unwrap();
     assert_eq!(read(&text).unwrap(), scene, "{text}");
-    assert_eq!(to_ron(&read(&text).unwrap(), None), text);
+    assert_eq!(to_ron(&read(&text).unwrap(), None).unwrap(), text);
     assert!(text.contains("focus: Entity(\"hero\")"), "{text}");
 }
 
@@ -119,7 +119,7 @@ proptest! {
         let end = (start + cut).min(GOOD.len());
         prop_assume!(GOOD.is_char_boundary(end));
         let text = format!("{}{with}{}", &GOOD[..start], &GOOD[end..]);
-        if let Err(diagnostics) = parse(&text, "a.ron", Path::new("")) {
+        if let Err(diagnostics) = parse(&text, "a.ron", &Folder::from(Path::new(""))) {
             for diagnostic in diagnostics.0 {
                 prop_assert!(diagnostic.place.is_some_and(|p| p.line > 0), "{}", diagnostic.message);
             }
@@ -132,7 +132,7 @@ proptest! {
         scene.camera.from.x = if x.is_finite() { x } else { 0.5 };
         scene.camera.from.y = y;
         scene.render.seed = Some(n);
-        let text = to_ron(&scene, None);
+        let text = to_ron(&scene, None).unwrap();
         let back = options().from_str::<SceneFile>(&text).unwrap();
         prop_assert_eq!(back.camera, scene.camera);
         prop_assert_eq!(back.render, scene.render);

@@ -1,0 +1,285 @@
+//! Scenes and edits as bytes, for another process of this program; records have theirs from `record!`.
+
+use super::*;
+use crate::base::codec::{Codec, Decoder, Encoder, Malformed};
+use crate::base::project::Folder;
+
+impl Codec for Kind {
+    fn encode(&self, to: &mut Encoder) {
+        to.put(&(*self as u8));
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Kind::ALL.get(usize::from(from.get::<u8>()?)).copied().ok_or(Malformed)
+    }
+}
+
+impl Codec for Component {
+    fn encode(&self, to: &mut Encoder) {
+        to.put(&self.kind());
+        self.encode_fields(to);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        from.get::<Kind>()?.decode_fields(from)
+    }
+}
+
+impl Codec for Focus {
+    fn encode(&self, to: &mut Encoder) {
+        match self {
+            Focus::Entity(name) => {
+                to.put(&0u8);
+                to.put(name);
+            }
+            Focus::Point(point) => {
+                to.put(&1u8);
+                to.put(point);
+            }
+        }
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        match from.get::<u8>()? {
+            0 => from.get().map(Focus::Entity),
+            1 => from.get().map(Focus::Point),
+            _ => Err(Malformed),
+        }
+    }
+}
+
+impl Codec for MaterialName {
+    fn encode(&self, to: &mut Encoder) {
+        to.put(&self.0);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        from.get().map(MaterialName)
+    }
+}
+
+impl Codec for Scale {
+    fn encode(&self, to: &mut Encoder) {
+        to.put(&self.0);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        from.get().map(Scale)
+    }
+}
+
+impl<const REST: i8> Codec for Axes<REST> {
+    fn encode(&self, to: &mut Encoder) {
+        to.put(&self.0);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        from.get().map(Axes)
+    }
+}
+
+impl Codec for MeshData {
+    fn encode(&self, to: &mut Encoder) {
+        // Normals that were not given are computed again on the other side.
+        to.put(&self.vertices);
+        to.put(&self.triangles);
+        to.put(&self.normals);
+        to.put(&self.uvs);
+        to.put(&self.colors);
+        to.put(&self.smoothing);
+        to.put(&self.materials);
+        to.put(&self.groups);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        let mut mesh = MeshData::new(from.get()?, from.get()?, from.get()?).with_uvs(from.get()?);
+        (mesh.colors, mesh.smoothing) = (from.get()?, from.get()?);
+        (mesh.materials, mesh.groups) = (from.get()?, from.get()?);
+        Ok(mesh)
+    }
+}
+
+impl Codec for FaceSet {
+    fn encode(&self, to: &mut Encoder) {
+        let FaceSet { name, runs } = self;
+        to.put(name);
+        to.put(runs);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(FaceSet { name: from.get()?, runs: from.get()? })
+    }
+}
+
+impl Codec for Mesh {
+    fn encode(&self, to: &mut Encoder) {
+        let Mesh { file, frame, group, smooth, crease_angle, file_materials, data } = self;
+        to.put(file);
+        to.put(frame);
+        to.put(group);
+        to.put(smooth);
+        to.put(crease_angle);
+        to.put(file_materials);
+        to.shared(data);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(Mesh {
+            file: from.get()?,
+            frame: from.get()?,
+            group: from.get()?,
+            smooth: from.get()?,
+            crease_angle: from.get()?,
+            file_materials: from.get()?,
+            data: from.shared()?,
+        })
+    }
+}
+
+impl Codec for EntityDesc {
+    fn encode(&self, to: &mut Encoder) {
+        to.put(&self.name);
+        to.put(&self.tags);
+        to.count(self.components().len() as u64);
+        self.components().iter().for_each(|component| to.put(component));
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        let (name, tags) = (from.get()?, from.get()?);
+        let components: Vec<Component> = from.get()?;
+        let mut bag = EntityDesc::new(components);
+        (bag.name, bag.tags) = (name, tags);
+        Ok(bag)
+    }
+}
+
+/// A scene without its pictures, which only the renderer looks at, and without its folder.
+impl Codec for Scene {
+    fn encode(&self, to: &mut Encoder) {
+        let Scene { camera, render, materials, entities, base: _, images: _ } = self;
+        to.put(camera);
+        to.put(render);
+        to.put(materials);
+        to.put(entities);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(Scene {
+            camera: from.get()?,
+            render: from.get()?,
+            materials: from.get()?,
+            entities: from.get()?,
+            base: Folder::default(),
+            images: ImageCache::default(),
+        })
+    }
+}
+
+impl Codec for Edit {
+    fn encode(&self, to: &mut Encoder) {
+        let tag = |to: &mut Encoder, tag: u8| to.bytes.push(tag);
+        match self {
+            Edit::Camera(camera) => {
+                tag(to, 0);
+                to.put(camera);
+            }
+            Edit::Render(render) => {
+                tag(to, 1);
+                to.put(render);
+            }
+            Edit::Material { index, material } => {
+                tag(to, 2);
+                to.put(index);
+                to.put(material);
+            }
+            Edit::AddMaterial { name, material } => {
+                tag(to, 3);
+                to.put(name);
+                to.put(material);
+            }
+            Edit::Put { entity, component } => {
+                tag(to, 4);
+                to.put(entity);
+                to.put(component);
+            }
+            Edit::Take { entity, kind } => {
+                tag(to, 5);
+                to.put(entity);
+                to.put(kind);
+            }
+            Edit::Tags { entity, tags } => {
+                tag(to, 6);
+                to.put(entity);
+                to.put(tags);
+            }
+            Edit::Spawn(bag) => {
+                tag(to, 7);
+                to.put(bag);
+            }
+            Edit::Despawn { entity } => {
+                tag(to, 8);
+                to.put(entity);
+            }
+        }
+    }
+
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(match from.get::<u8>()? {
+            0 => Edit::Camera(from.get()?),
+            1 => Edit::Render(from.get()?),
+            2 => Edit::Material { index: from.get()?, material: from.get()? },
+            3 => Edit::AddMaterial { name: from.get()?, material: from.get()? },
+            4 => Edit::Put { entity: from.get()?, component: from.get()? },
+            5 => Edit::Take { entity: from.get()?, kind: from.get()? },
+            6 => Edit::Tags { entity: from.get()?, tags: from.get()? },
+            7 => Edit::Spawn(from.get()?),
+            8 => Edit::Despawn { entity: from.get()? },
+            _ => return Err(Malformed),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::{DVec3, Vec3};
+
+    use super::*;
+    use crate::base::codec::SharedTable;
+
+    fn decoder(bytes: &[u8]) -> Decoder<'_> {
+        Decoder::new(bytes, SharedTable::default(), false)
+    }
+
+    #[test]
+    fn every_kind_of_component_and_edit_comes_back() {
+        let texture = Texture { pattern: Some(Pattern::Wood), depth: Some(-0.0), ..Texture::default() };
+        let material = Material { bump: Some(Box::new(texture)), eta: Some(DVec3::ONE), ..Material::default() };
+        let mut data = MeshData::new(vec![Vec3::X, Vec3::Y, Vec3::Z], vec![[0, 1, 2]], vec![]);
+        data.materials = vec![FaceSet { name: "red".into(), runs: vec![[0, 1]] }];
+        (data.colors, data.smoothing) = (vec![glam::Vec4::ONE; 3], vec![7]);
+        let mesh = Mesh { frame: Some(1.5), smooth: Some(true), data: Arc::new(data), ..Mesh::default() };
+        let mut components: Vec<Component> = Kind::ALL.iter().map(|kind| kind.default_component()).collect();
+        components.push(mesh.into());
+        let mut bag = EntityDesc::new(components).named("\u{e4}");
+        bag.tags = vec!["a".into(), "".into()];
+        let camera = Camera { focus: Some(Focus::Entity("x".into())), f_stop: Some(2.8), ..Camera::default() };
+        let render = Render { seed: Some(u64::MAX), aovs: vec![Aov::Depth, Aov::Variance], ..Render::default() };
+        let edits = vec![
+            Edit::Camera(camera.clone()),
+            Edit::Camera(Camera { focus: Some(Focus::Point(DVec3::X)), ..camera.clone() }),
+            Edit::Render(render.clone()),
+            Edit::Material { index: 300, material: material.clone() },
+            Edit::AddMaterial { name: "m".into(), material: material.clone() },
+            Edit::Put {
+                entity: 70_000,
+                component: Transform { parent: Some("p".into()), ..Transform::default() }.into(),
+            },
+            Edit::Take { entity: 1, kind: Kind::AreaLight },
+            Edit::Tags { entity: 0, tags: vec![] },
+            Edit::Spawn(bag.clone()),
+            Edit::Despawn { entity: 3 },
+        ];
+        let mut encoder = Encoder::default();
+        encoder.put(&edits);
+        assert_eq!(decoder(&encoder.bytes).get(), Ok(edits));
+        for end in 0..encoder.bytes.len() {
+            assert_eq!(decoder(&encoder.bytes[..end]).get::<Vec<Edit>>(), Err(Malformed), "cut at {end}");
+        }
+        let scene =
+            Scene { camera, render, materials: vec![("m".into(), material)], entities: vec![bag], ..Scene::default() };
+        let mut encoder = Encoder::default();
+        encoder.put(&scene);
+        assert_eq!(decoder(&encoder.bytes).get(), Ok(scene));
+    }
+}

@@ -1,0 +1,27 @@
+//! Closures without the names that the engine gives them: these are hashes, which differ from build to build and from
+//! processor to processor, and no picture may depend on them.
+
+use ::rhai::{Engine, FnPtr};
+
+use super::errors::{Fallible, complain};
+
+const NAME: &str = "closure";
+
+fn name(function: &FnPtr) -> String {
+    if function.is_anonymous() { NAME.into() } else { function.fn_name().into() }
+}
+
+pub fn register(engine: &mut Engine) {
+    engine
+        .register_get("name", |function: &mut FnPtr| name(function))
+        .register_fn("name", |function: &mut FnPtr| name(function));
+    for word in ["to_string", "to_debug", "print", "debug"] {
+        engine.register_fn(word, |function: &mut FnPtr| format!("Fn({})", name(function)));
+    }
+    // The engine's list of functions tells them, too.
+    let list = || -> Fallible<()> { complain("`get_fn_metadata_list` is not there for scripts", None) };
+    engine
+        .register_fn("get_fn_metadata_list", list)
+        .register_fn("get_fn_metadata_list", move |_: &str| list())
+        .register_fn("get_fn_metadata_list", move |_: &str, _: i64| list());
+}

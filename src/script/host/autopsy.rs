@@ -1,0 +1,111 @@
+//! Why a script's process has come to its end, and at which line.
+//!
+//! A run is the same every time. So it is made again, telling every thousandth step, then again, telling each step from
+//! the last one told, and at last once more, stopped at the last step of all: there its place is known.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::HostCommand;
+use super::protocol::{Opening, Probing};
+use super::worker::{Death, HostWorker, SentScene};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, Place};
+use crate::base::limits;
+use crate::base::project::Project;
+use crate::script::Moment;
+
+/// A call with the scene that it started from.
+pub type SentCall<'a> = (&'a Arc<SentScene>, Option<Moment>);
+
+/// What was run.
+pub struct Autopsy<'a> {
+    pub command: &'a HostCommand,
+    pub opening: &'a Opening,
+    pub project: &'a Project,
+    /// The call; the opening itself if there is none.
+    pub call: Option<SentCall<'a>>,
+}
+
+/// Steps between two that are told at first.
+const STRIDE: u64 = 1_024;
+
+/// The end of a process as an error of its script.
+pub fn explain(autopsy: &Autopsy, death: &Death, looks_for_line: bool) -> Diagnostics {
+    let (message, help) = cause(death);
+    let frame = autopsy.call.and_then(|(_, time)| time).map(|(number, _)| format!("in frame {number}: "));
+    let place = if looks_for_line { autopsy.place(death) } else { None };
+    let place = place.unwrap_or_else(|| Place::file(shown(&autopsy.opening.path)));
+    Diagnostic::error(format!("{}{message}", frame.unwrap_or_default())).at(place).help(help).into()
+}
+
+fn shown(path: &Path) -> Arc<str> {
+    path.to_string_lossy().into()
+}
+
+/// What has ended the process, as far as that can be told.
+fn cause(death: &Death) -> (String, &'static str) {
+    let said = |text: &str| death.said.contains(text);
+    if death.overdue_at.is_some() || is_signal(death, "SIGXCPU") {
+        let message = format!("one operation of the script takes longer than {} s", limits::SCRIPT_SECONDS_AT_MOST);
+        return (message, "look for an operation on a very long list or text");
+    }
+    if said("memory allocation of") {
+        let message = format!("one operation of the script needs more than {} MiB", limits::SCRIPT_BYTES >> 20);
+        return (message, "look for an operation that makes a very long list or text");
+    }
+    if said("overflowed its stack") || is_signal(death, "SIGSEGV") || is_signal(death, "SIGBUS") {
+        let message = "values of the script are nested so deep that its stack overflows".to_string();
+        return (message, "look for a list, a map or a closure that is put into itself again and again");
+    }
+    let how = death.status.map_or("its process is lost".to_string(), |status| status.to_string());
+    (format!("the script has ended its process: {how}"), "if the machine has run out of memory, try fewer threads")
+}
+
+#[cfg(unix)]
+fn is_signal(death: &Death, name: &str) -> bool {
+    use std::os::unix::process::ExitStatusExt;
+    death.status.is_some_and(|status| status.signal().is_some())
+        && death.status.is_some_and(|s| s.to_string().contains(name))
+}
+
+/// A stack that overflows ends a process so.
+#[cfg(windows)]
+fn is_signal(death: &Death, name: &str) -> bool {
+    const STATUS_STACK_OVERFLOW: u32 = 0xc000_00fd;
+    name == "SIGSEGV"
+        && death.status.and_then(|status| status.code()).is_some_and(|code| code as u32 == STATUS_STACK_OVERFLOW)
+}
+
+#[cfg(not(any(unix, windows)))]
+fn is_signal(_: &Death, _: &str) -> bool {
+    false
+}
+
+impl Autopsy<'_> {
+    fn place(&self, death: &Death) -> Option<Place> {
+        let step = match death.overdue_at {
+            Some(step) => step,
+            None => {
+                let about = self.again(Probing::Tell { from: 1, every: STRIDE }).err()?.last_step.unwrap_or(0);
+                self.again(Probing::Tell { from: about + 1, every: 1 }).err()?.last_step.unwrap_or(about)
+            }
+        };
+        let stopped = self.again(Probing::StopAt(step)).ok()?;
+        stopped.err()?.0.into_iter().find_map(|problem| problem.place)
+    }
+
+    /// Makes the run once more, in a process of its own.
+    fn again(&self, probing: Probing) -> Result<Result<(), Diagnostics>, Death> {
+        let nothing = Ok(Err(Diagnostics::default()));
+        let Ok(mut worker) = HostWorker::start(self.command) else { return nothing };
+        let Some((scene, time)) = self.call else {
+            worker.probe(probing)?;
+            return worker.open(self.opening, self.project).map(|opened| opened.map(drop));
+        };
+        if worker.open(self.opening, self.project)?.is_err() {
+            return nothing;
+        }
+        worker.probe(probing)?;
+        worker.call(scene, time, self.project).map(|edits| edits.map(drop))
+    }
+}

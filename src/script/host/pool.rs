@@ -1,0 +1,113 @@
+//! As many of a script's processes as are asked at once.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+pub use super::protocol::Opened;
+
+use super::HostCommand;
+use super::autopsy::{self, Autopsy, SentCall};
+use super::protocol::Opening;
+use super::worker::{Death, HostWorker, SentScene};
+use crate::base::diagnostics::Diagnostics;
+use crate::base::project::Project;
+use crate::components::{Edit, Scene};
+use crate::script::Moment;
+
+/// One script, open in some processes.
+pub struct HostPool {
+    command: HostCommand,
+    opening: Opening,
+    project: Arc<Project>,
+    idle: Mutex<Vec<HostWorker>>,
+    /// The scene that was sent last.
+    scene: Mutex<Option<Arc<SentScene>>>,
+    /// Ends that were looked into.
+    looked_into: AtomicU32,
+}
+
+/// Ends of processes whose lines are looked for: the others, most likely, are the same again.
+const LOOKED_INTO: u32 = 2;
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl HostPool {
+    /// Opens a script in a first process.
+    ///
+    /// # Errors
+    /// Mistakes of the script; a process that cannot be started or that the script has ended.
+    pub fn open(
+        command: &HostCommand,
+        path: &Path,
+        defines: &[(String, String)],
+        project: &Arc<Project>,
+    ) -> Result<(HostPool, Opened), Diagnostics> {
+        let opening = Opening {
+            version: env!("CARGO_PKG_VERSION").into(),
+            path: path.to_path_buf(),
+            defines: defines.to_vec(),
+            root: project.root().to_path_buf(),
+            allowed: project.allowed().to_vec(),
+        };
+        let pool = HostPool {
+            command: command.clone(),
+            opening,
+            project: project.clone(),
+            idle: Mutex::default(),
+            scene: Mutex::default(),
+            looked_into: AtomicU32::new(0),
+        };
+        let (worker, opened) = pool.another()?;
+        lock(&pool.idle).push(worker);
+        Ok((pool, opened))
+    }
+
+    /// Evaluates a call: `setup`, or `frame` at a time.
+    ///
+    /// # Errors
+    /// Mistakes of the script; a process that cannot be started or that the script has ended.
+    pub fn call(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Result<Vec<Edit>, Diagnostics> {
+        let scene = self.sent(scene);
+        let idle = lock(&self.idle).pop();
+        let mut worker = match idle {
+            Some(worker) => worker,
+            None => self.another()?.0,
+        };
+        match worker.call(&scene, time, &self.project) {
+            Ok(outcome) => {
+                lock(&self.idle).push(worker);
+                outcome
+            }
+            Err(death) => Err(self.explain(&death, Some((&scene, time)))),
+        }
+    }
+
+    fn another(&self) -> Result<(HostWorker, Opened), Diagnostics> {
+        let mut worker = HostWorker::start(&self.command)?;
+        match worker.open(&self.opening, &self.project) {
+            Ok(opened) => opened.map(|opened| (worker, opened)),
+            Err(death) => Err(self.explain(&death, None)),
+        }
+    }
+
+    fn sent(&self, scene: &Arc<Scene>) -> Arc<SentScene> {
+        let mut known = lock(&self.scene);
+        if let Some(known) = &*known
+            && Arc::ptr_eq(&known.scene, scene)
+        {
+            return known.clone();
+        }
+        let sent = Arc::new(SentScene::new(scene));
+        *known = Some(sent.clone());
+        sent
+    }
+
+    fn explain(&self, death: &Death, call: Option<SentCall>) -> Diagnostics {
+        let is_new = self.looked_into.fetch_add(1, Ordering::Relaxed) < LOOKED_INTO;
+        let autopsy = Autopsy { command: &self.command, opening: &self.opening, project: &self.project, call };
+        autopsy::explain(&autopsy, death, is_new)
+    }
+}

@@ -1,0 +1,234 @@
+//! What the program and a script's process say to each other: messages with their length before them.
+
+use std::io::{self, Read, Write};
+use std::path::PathBuf;
+
+use crate::base::codec::{Codec, Decoder, Encoder, Malformed};
+use crate::base::diagnostics::{Diagnostics, Place};
+use crate::base::limits;
+use crate::base::project::FileRole;
+use crate::script::Moment;
+use crate::script::time::{Header, TimeMode};
+
+/// What the program asks for.
+pub enum Request {
+    /// Open a script; answered with [`Opened`].
+    Open(Opening),
+    /// The scene that calls start from until there is another one; not answered. It is in the message behind this one.
+    Scene,
+    /// Call `setup`, or `frame` at a time; answered with edits.
+    Call(Option<Moment>),
+    /// How what follows is to be run.
+    Probe(Probing),
+}
+
+/// How far and how closely watched a run is to be made, to find out where it ends its process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Probing {
+    /// Steps are told: every n-th, from one of them on.
+    Tell { from: u64, every: u64 },
+    /// The run ends at this step, with an error in its place.
+    StopAt(u64),
+}
+
+/// Everything that decides what a script is.
+#[derive(Clone)]
+pub struct Opening {
+    /// The version of the program that asks.
+    pub version: String,
+    pub path: PathBuf,
+    pub defines: Vec<(String, String)>,
+    pub root: PathBuf,
+    pub allowed: Vec<PathBuf>,
+}
+
+/// A script that is open.
+pub struct Opened {
+    pub header: Header,
+    pub has_setup: bool,
+    pub place_of_scene: Place,
+}
+
+/// What comes back.
+pub enum Reply<T> {
+    /// The run was made; with the files that it has looked for since the last reply.
+    Done { outcome: Result<T, Diagnostics>, files: Vec<(PathBuf, FileRole)> },
+    /// It is at this step.
+    Step(u64),
+    /// It is at this step and takes too long; the process ends.
+    Overdue(u64),
+}
+
+/// Writes one message.
+pub fn send(to: &mut impl Write, bytes: &[u8]) -> io::Result<()> {
+    let length = u32::try_from(bytes.len()).map_err(|_| io::Error::from(io::ErrorKind::FileTooLarge))?;
+    to.write_all(&length.to_le_bytes())?;
+    to.write_all(bytes)?;
+    to.flush()
+}
+
+/// Reads one message; `None` if the other end has hung up between two.
+pub fn receive(from: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
+    let mut length = [0; 4];
+    if from.read(&mut length[..1])? == 0 {
+        return Ok(None);
+    }
+    from.read_exact(&mut length[1..])?;
+    let length = u64::from(u32::from_le_bytes(length));
+    if length > limits::SCRIPT_MESSAGE {
+        return Err(io::ErrorKind::InvalidData.into());
+    }
+    let mut bytes = Vec::new();
+    from.take(length).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 == length { Ok(Some(bytes)) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
+}
+
+/// Paths go as text: both ends run on one machine, and names that are no text are told as the program shows them.
+impl Codec for PathBuf {
+    fn encode(&self, to: &mut Encoder) {
+        to.put(&self.to_string_lossy().into_owned());
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        from.get::<String>().map(PathBuf::from)
+    }
+}
+
+impl Codec for FileRole {
+    fn encode(&self, to: &mut Encoder) {
+        to.put(&(*self as u8));
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        FileRole::ALL.get(usize::from(from.get::<u8>()?)).copied().ok_or(Malformed)
+    }
+}
+
+impl Codec for Probing {
+    fn encode(&self, to: &mut Encoder) {
+        let (is_stop, a, b) = match self {
+            Probing::Tell { from, every } => (false, *from, *every),
+            Probing::StopAt(step) => (true, *step, 0),
+        };
+        to.put(&is_stop);
+        to.put(&a);
+        to.put(&b);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        let (is_stop, a, b) = (from.get()?, from.get()?, from.get::<u64>()?);
+        Ok(if is_stop { Probing::StopAt(a) } else { Probing::Tell { from: a, every: b.max(1) } })
+    }
+}
+
+impl Codec for Opening {
+    fn encode(&self, to: &mut Encoder) {
+        let Opening { version, path, defines, root, allowed } = self;
+        to.put(version);
+        to.put(path);
+        to.put(defines);
+        to.put(root);
+        to.put(allowed);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(Opening {
+            version: from.get()?,
+            path: from.get()?,
+            defines: from.get()?,
+            root: from.get()?,
+            allowed: from.get()?,
+        })
+    }
+}
+
+impl Codec for Request {
+    fn encode(&self, to: &mut Encoder) {
+        match self {
+            Request::Open(opening) => {
+                to.put(&0u8);
+                to.put(opening);
+            }
+            Request::Scene => to.put(&1u8),
+            Request::Call(time) => {
+                to.put(&2u8);
+                to.put(time);
+            }
+            Request::Probe(probing) => {
+                to.put(&3u8);
+                to.put(probing);
+            }
+        }
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        match from.get::<u8>()? {
+            0 => from.get().map(Request::Open),
+            1 => Ok(Request::Scene),
+            2 => from.get().map(Request::Call),
+            3 => from.get().map(Request::Probe),
+            _ => Err(Malformed),
+        }
+    }
+}
+
+impl Codec for Header {
+    fn encode(&self, to: &mut Encoder) {
+        let Header { scene, fps, frames, mode, seed } = self;
+        to.put(scene);
+        to.put(fps);
+        to.put(frames);
+        to.put(&(*mode == TimeMode::Loop));
+        to.put(seed);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(Header {
+            scene: from.get()?,
+            fps: from.get()?,
+            frames: from.get()?,
+            mode: if from.get()? { TimeMode::Loop } else { TimeMode::Clip },
+            seed: from.get()?,
+        })
+    }
+}
+
+impl Codec for Opened {
+    fn encode(&self, to: &mut Encoder) {
+        let Opened { header, has_setup, place_of_scene } = self;
+        to.put(header);
+        to.put(has_setup);
+        to.put(place_of_scene);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(Opened { header: from.get()?, has_setup: from.get()?, place_of_scene: from.get()? })
+    }
+}
+
+impl<T: Codec> Codec for Reply<T> {
+    fn encode(&self, to: &mut Encoder) {
+        match self {
+            Reply::Done { outcome: Ok(value), files } => {
+                to.put(&0u8);
+                to.put(value);
+                to.put(files);
+            }
+            Reply::Done { outcome: Err(problems), files } => {
+                to.put(&1u8);
+                to.put(problems);
+                to.put(files);
+            }
+            Reply::Step(step) => {
+                to.put(&2u8);
+                to.put(step);
+            }
+            Reply::Overdue(step) => {
+                to.put(&3u8);
+                to.put(step);
+            }
+        }
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(match from.get::<u8>()? {
+            0 => Reply::Done { outcome: Ok(from.get()?), files: from.get()? },
+            1 => Reply::Done { outcome: Err(from.get()?), files: from.get()? },
+            2 => Reply::Step(from.get()?),
+            3 => Reply::Overdue(from.get()?),
+            _ => return Err(Malformed),
+        })
+    }
+}

@@ -1,0 +1,158 @@
+//! A script's process, from its own side.
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use super::confine;
+use super::protocol::{Opened, Opening, Probing, Reply, Request, receive, send};
+use crate::base::codec::{Codec, Decoder, Encoder, Malformed, SharedTable};
+use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
+use crate::base::project::{FileRole, Project};
+use crate::base::{clock, limits, memory};
+use crate::components::Scene;
+use crate::script::interpreter::Interpreter;
+use crate::script::sandbox;
+
+/// Processor time of the process when the run began, in nanoseconds; 0 while there is none.
+static RUNNING_SINCE: AtomicU64 = AtomicU64::new(0);
+/// The step that the run is at, as it is told to who watches over it.
+static STEP: AtomicU64 = AtomicU64::new(0);
+
+/// How often the watching thread looks.
+const GLANCE: Duration = Duration::from_millis(100);
+
+/// Evaluates scripts for the process at the other end of standard input and output, until that hangs up.
+pub fn serve() -> ExitCode {
+    confine::process();
+    confine::addresses(limits::SCRIPT_ADDRESSES);
+    // What a panic says goes back as an error; a backtrace here would be nobody's.
+    std::panic::set_hook(Box::new(|_| {}));
+    let work = std::thread::Builder::new().name("script".into()).stack_size(limits::SCRIPT_STACK).spawn(work);
+    let Ok(work) = work else { return ExitCode::FAILURE };
+    while !work.is_finished() {
+        std::thread::park_timeout(GLANCE);
+        let since = RUNNING_SINCE.load(Ordering::Relaxed);
+        let allowed = Duration::from_secs(limits::SCRIPT_SECONDS_AT_MOST).as_nanos() as u64;
+        if since > 0 && now().saturating_sub(since) > allowed {
+            say(&Reply::<bool>::Overdue(STEP.load(Ordering::Relaxed)), &mut Encoder::default());
+            return ExitCode::FAILURE;
+        }
+    }
+    match work.join() {
+        Ok(Ok(())) => ExitCode::SUCCESS,
+        _ => ExitCode::FAILURE,
+    }
+}
+
+fn now() -> u64 {
+    clock::process_time().as_nanos() as u64
+}
+
+fn say<T: Codec>(reply: &Reply<T>, encoder: &mut Encoder) {
+    encoder.bytes.clear();
+    encoder.put(reply);
+    let mut out = io::stdout().lock();
+    // Whoever has hung up needs no answer; the next request ends the process.
+    let _ = send(&mut out, &encoder.bytes).and_then(|()| out.flush());
+}
+
+/// What is open in this process.
+#[derive(Default)]
+struct Session {
+    script: Option<Interpreter>,
+    project: Arc<Project>,
+    /// Files that the program knows of already.
+    told: usize,
+    scene: Arc<Scene>,
+    /// For answers: it knows what came with the scene.
+    encoder: Encoder,
+}
+
+fn work() -> io::Result<()> {
+    let main = std::thread::current();
+    let mut input = io::stdin().lock();
+    let mut session = Session::default();
+    sandbox::show_steps(&STEP);
+    while let Some(message) = receive(&mut input)? {
+        let request = Decoder::new(&message, SharedTable::default(), false).get::<Request>();
+        match request.map_err(|Malformed| io::Error::from(io::ErrorKind::InvalidData))? {
+            Request::Probe(probing) => sandbox::set_probe(probe(probing)),
+            Request::Scene => {
+                confine::all_addresses();
+                let message = receive(&mut input)?.unwrap_or_default();
+                let mut decoder = Decoder::new(&message, SharedTable::default(), true);
+                let scene = decoder.get::<Scene>().map_err(|Malformed| io::Error::from(io::ErrorKind::InvalidData))?;
+                session.scene = Arc::new(scene);
+                session.encoder = Encoder { table: decoder.table, ..Encoder::default() };
+                confine::addresses(limits::SCRIPT_ADDRESSES);
+            }
+            Request::Open(opening) => {
+                let outcome = bounded(|| session.open(opening));
+                let files = session.new_files();
+                say(&Reply::Done { outcome, files }, &mut session.encoder);
+            }
+            Request::Call(time) => {
+                let outcome = bounded(|| match &session.script {
+                    Some(script) => script.call(&session.scene, time),
+                    None => Err(Diagnostic::error("no script is open").into()),
+                });
+                let files = session.new_files();
+                say(&Reply::Done { outcome, files }, &mut session.encoder);
+            }
+        }
+    }
+    main.unpark();
+    Ok(())
+}
+
+/// Runs a script under the limits of its process.
+fn bounded<T>(run: impl FnOnce() -> Result<T, Diagnostics>) -> Result<T, Diagnostics> {
+    confine::processor(2 * limits::SCRIPT_SECONDS_AT_MOST);
+    if let Some(held) = memory::held() {
+        memory::limit(held.saturating_add(limits::SCRIPT_BYTES + limits::SCRIPT_BYTES_OF_ANSWER));
+    }
+    RUNNING_SINCE.store(now().max(1), Ordering::Relaxed);
+    let outcome = run();
+    RUNNING_SINCE.store(0, Ordering::Relaxed);
+    memory::limit(usize::MAX);
+    outcome
+}
+
+fn probe(probing: Probing) -> sandbox::Probe {
+    match probing {
+        Probing::Tell { from, every } => {
+            let tell = |step: u64| say(&Reply::<bool>::Step(step), &mut Encoder::default());
+            sandbox::Probe { stop_at: None, report: Some(sandbox::StepReport { from, every, tell }) }
+        }
+        Probing::StopAt(step) => sandbox::Probe { stop_at: Some(step), report: None },
+    }
+}
+
+impl Session {
+    fn open(&mut self, opening: Opening) -> Result<Opened, Diagnostics> {
+        let Opening { version, path, defines, root, allowed } = opening;
+        if version != env!("CARGO_PKG_VERSION") {
+            let message = format!("the script's process is of version {}, not {version}", env!("CARGO_PKG_VERSION"));
+            return Err(Diagnostic::error(message).because(Cause::Io).into());
+        }
+        self.project = Arc::new(Project::new(root, allowed));
+        let script = Interpreter::open(&path, &defines, &self.project)?;
+        let (header, has_setup) = (script.header().clone(), script.has_setup());
+        let place_of_scene = script.place_of_scene();
+        self.script = Some(script);
+        Ok(Opened { header, has_setup, place_of_scene })
+    }
+
+    /// All files, if there are any that the program was not told of.
+    fn new_files(&mut self) -> Vec<(std::path::PathBuf, FileRole)> {
+        let count = self.project.count();
+        if count == self.told {
+            return Vec::new();
+        }
+        self.told = count;
+        self.project.recorded()
+    }
+}

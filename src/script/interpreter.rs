@@ -1,0 +1,193 @@
+//! A script, compiled, its top level run once, and evaluated in this process.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+
+use ::rhai::{AST, ASTNode, CallFnOptions, Dynamic, Engine, Map, Position, Scope, Stmt};
+
+use super::engine::{self, TopLevel};
+use super::errors::{Call, Fallible, ScriptSource, ScriptSources};
+use super::handles::SceneHandle;
+use super::modules::{ModuleGraph, ModuleLoader};
+use super::overlay::{NameIndex, Overlay};
+use super::time::{self, Header};
+use super::{Moment, errors, sandbox};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, Place};
+use crate::base::project::{FileRole, Project};
+use crate::base::{files, limits, random as hash};
+use crate::components::{Edit, Scene};
+
+pub struct Interpreter {
+    engine: Engine,
+    ast: AST,
+    constants: Map,
+    header: Header,
+    sources: ScriptSources,
+    /// Names of the scene that frames start from, made once.
+    index: Mutex<Option<(Arc<Scene>, Arc<NameIndex>)>>,
+}
+
+impl Interpreter {
+    /// Reads a script and its modules and runs its top level; `defines` are the values given by `-D`.
+    ///
+    /// # Errors
+    /// A file that cannot be read, mistakes of the script with their places, a define that it does not use.
+    pub fn open(path: &Path, defines: &[(String, String)], project: &Arc<Project>) -> Result<Self, Diagnostics> {
+        engine::fix_hashes();
+        project.record(path, FileRole::Script);
+        let text = files::read_text(path, limits::SCRIPT_FILE_BYTES)?;
+        let folder: PathBuf = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let file = path.to_string_lossy().into_owned();
+        let mut sources = ScriptSources::new(ScriptSource { file: file.as_str().into(), text: text.clone() });
+        let top = Arc::new(Mutex::new(TopLevel::default()));
+        let constants = Arc::new(Mutex::new(Map::new()));
+        let graph = ModuleGraph::default();
+        let mut engine = engine::new(defines, &top, &constants);
+        engine.set_module_resolver(graph.clone());
+        let compiled = engine.compile(&text).map_err(|e| sources.diagnose(e.into(), Call::default()))?;
+        let mut ast = compiled;
+        ast.set_source(&file);
+        ModuleLoader::new(&engine, &graph, project, &folder, &mut sources).load(&file, &ast)?;
+        sources.check_defines(defines)?;
+        let mut scope = Scope::new();
+        sandbox::start_call();
+        let run = sandbox::guarded(|| engine.run_ast_with_scope(&mut scope, &ast));
+        run.map_err(|e| sources.diagnose(*e, Call::default()))?;
+        let globals: Map = scope.iter().map(|(name, _, value)| (name.into(), value)).collect();
+        let header = match top.lock() {
+            Ok(mut top) => top.header.take(),
+            Err(_) => None,
+        };
+        let whole = || sources.main().whole();
+        let header = header.ok_or_else(|| {
+            Diagnostic::error("the script does not call `animation`")
+                .at(whole())
+                .help("start it with animation(#{ scene: \"scene.ron\", frames: 48, fps: 24, mode: \"clip\" });")
+        })?;
+        if !ast.iter_functions().any(|f| f.name == "frame" && f.params.len() == 2) {
+            let missing = Diagnostic::error("the script has no function `frame(s, f)`");
+            return Err(missing.at(whole()).help("add fn frame(s, f) { ... }").into());
+        }
+        engine::freeze(&mut engine);
+        if let Ok(mut constants) = constants.lock() {
+            constants.clone_from(&globals);
+        }
+        let ast = ast.clone_functions_only();
+        Ok(Interpreter { engine, ast, constants: globals, header, sources, index: Mutex::new(None) })
+    }
+
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    pub fn has_setup(&self) -> bool {
+        self.ast.iter_functions().any(|f| f.name == "setup")
+    }
+
+    /// Where the script names its scene.
+    pub fn place_of_scene(&self) -> Place {
+        self.sources.main().place_of_scene(self.header.scene.as_deref().unwrap_or_default())
+    }
+
+    /// The edits of `setup`, or those of `frame` at a time: a frame, counted from 1, and how many frames from its own
+    /// time.
+    ///
+    /// # Errors
+    /// Mistakes of the script, with their places and the frame.
+    pub fn call(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Result<Vec<Edit>, Diagnostics> {
+        let (outcome, handle) = self.run(scene, time, sandbox::is_probing());
+        let error = match outcome {
+            Ok(()) => return Ok(handle.into_edits()),
+            Err(error) => error,
+        };
+        drop(handle);
+        let place = if sandbox::is_limit(&error) { self.place_by_running_again(scene, time) } else { None };
+        let function = Some(if time.is_some() { "frame" } else { "setup" });
+        Err(self.sources.diagnose(*error, Call { frame: time.map(|(number, _)| number), function, place }))
+    }
+
+    /// Runs a function: called, or as a text of its own, which loses no places but is another thing in corners of the
+    /// language.
+    fn run(&self, scene: &Arc<Scene>, time: Option<Moment>, unwrapped: bool) -> (Fallible<()>, SceneHandle) {
+        let number = time.map_or(0, |(number, _)| number);
+        let seed = hash::hash_words([self.header.seed, u64::from(number)]);
+        let handle = SceneHandle::new(
+            Overlay::new(scene.clone(), self.index_of(scene)),
+            seed,
+            time.map_or(0.0, |(_, offset)| offset),
+        );
+        let mut scope = Scope::new();
+        for (name, value) in &self.constants {
+            scope.push_constant_dynamic(name.as_str(), value.clone());
+        }
+        let scene = Dynamic::from(handle.clone());
+        let frame =
+            time.map(|(number, offset)| Dynamic::from(time::FrameTime::new(&self.header, number, offset, seed)));
+        let function = if time.is_some() { "frame" } else { "setup" };
+        sandbox::start_call();
+        let outcome = sandbox::guarded(|| match frame {
+            _ if unwrapped => self.run_body(function, scope, [Some(scene), frame]),
+            None => self.call_function(function, &mut scope, &handle, (scene,)),
+            Some(frame) => self.call_function(function, &mut scope, &handle, (scene, frame)),
+        });
+        (outcome, handle)
+    }
+
+    fn call_function(
+        &self,
+        function: &str,
+        scope: &mut Scope,
+        handle: &SceneHandle,
+        arguments: impl ::rhai::FuncArgs,
+    ) -> Fallible<()> {
+        let options = CallFnOptions::new().eval_ast(false).with_tag(handle.clone());
+        self.engine.call_fn_with_options::<Dynamic>(options, scope, &self.ast, function, arguments).map(drop)
+    }
+
+    fn run_body(&self, function: &str, mut scope: Scope, arguments: [Option<Dynamic>; 2]) -> Fallible<()> {
+        let arguments: Vec<Dynamic> = arguments.into_iter().flatten().collect();
+        let functions = self.ast.iter_functions();
+        let Some(found) = functions.into_iter().find(|f| f.name == function && f.params.len() == arguments.len())
+        else {
+            return Ok(());
+        };
+        for (name, value) in found.params.iter().zip(&arguments) {
+            scope.push_dynamic(*name, value.clone());
+        }
+        let count = arguments.len();
+        let alone = self.ast.clone_functions_only_filtered(|_, _, _, name, params| name == function && params == count);
+        let mut body: Vec<Stmt> = Vec::new();
+        alone.walk(&mut |path: &[ASTNode]| {
+            if let [ASTNode::Stmt(statement)] = path {
+                body.push((*statement).clone());
+            }
+            true
+        });
+        let text = AST::new(body, self.ast.shared_lib().clone());
+        self.engine.run_ast_with_scope(&mut scope, &text)
+    }
+
+    /// A limit ends a run from inside of any depth of functions, and the place is lost on the way out. The run is the
+    /// same every time, so that it can be stopped at the same step where its place is not lost.
+    fn place_by_running_again(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Option<Position> {
+        if sandbox::is_probing() {
+            return None;
+        }
+        sandbox::set_probe(sandbox::Probe { stop_at: Some(sandbox::steps()), report: None });
+        let (outcome, _) = self.run(scene, time, true);
+        sandbox::set_probe(sandbox::Probe::default());
+        outcome.err().map(|error| errors::position(&error))
+    }
+
+    fn index_of(&self, scene: &Arc<Scene>) -> Arc<NameIndex> {
+        let Ok(mut kept) = self.index.lock() else { return Arc::new(NameIndex::new(scene)) };
+        if let Some((known, index)) = &*kept
+            && Arc::ptr_eq(known, scene)
+        {
+            return index.clone();
+        }
+        let index = Arc::new(NameIndex::new(scene));
+        *kept = Some((scene.clone(), index.clone()));
+        index
+    }
+}
