@@ -8,6 +8,8 @@ mod errors;
 mod exact;
 #[path = "all/film.rs"]
 mod film;
+#[path = "all/films.rs"]
+mod films;
 #[path = "all/golden.rs"]
 mod golden;
 #[path = "all/house.rs"]

@@ -5,12 +5,14 @@
 //! 5 reading or writing failed, 130 interrupted.
 
 mod check;
+mod film;
 mod frames;
 mod pictures;
 mod plan;
 mod progress;
 mod render;
 mod scenes;
+mod sheet;
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -52,22 +54,26 @@ enum Command {
     Check(check::CheckArguments),
     /// Show what rendering would do: which frames are there, which changed and how, what they cost
     Plan(plan::PlanArguments),
+    /// Make a film of a script or of frames: .mp4 .webm .mov .gif .apng .webp .y4m
+    Film(Box<film::FilmArguments>),
+    /// Put many pictures on one: frames of a sequence, several scenes, values of a parameter
+    Sheet(Box<sheet::SheetArguments>),
     /// Write the resolved scene of one frame as RON
     Dump(scenes::DumpArguments),
     /// Write any scene that can be read as RON
     Convert(scenes::ConvertArguments),
     /// Compare two pictures, or two folders of them
     Diff(pictures::DiffArguments),
-    /// Show what a picture says of its making
+    /// Show what a picture or a film says of its making
     Info(pictures::InfoArguments),
 }
 
-const COMMANDS: [&str; 8] = ["render", "check", "plan", "dump", "convert", "diff", "info", "help"];
+const COMMANDS: [&str; 10] = ["render", "check", "plan", "film", "sheet", "dump", "convert", "diff", "info", "help"];
 
 /// What an input is and how it is read; shared by the commands that open one.
 #[derive(clap::Args)]
 struct InputArguments {
-    /// A script (.rhai) or a scene (.ron, .nff, .p3f)
+    /// A script (.rhai) or a scene (.ron, .nff, .p3f); for a film also a folder or a pattern of frames
     input: PathBuf,
     /// Give a parameter of the script a value; may be repeated
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]
@@ -80,7 +86,7 @@ struct InputArguments {
 }
 
 /// What inputs may read; shared by all commands that read some.
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone, Default)]
 struct AccessArguments {
     /// The project root: files that a script or scene names are read below it only [default: the nearest folder above
     /// the input with .git, golden.ron or scenes/, or else the input's own]
@@ -164,6 +170,8 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         Command::Render(arguments) => render::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Plan(arguments) => plan::run(&arguments),
+        Command::Film(arguments) => film::run(&arguments),
+        Command::Sheet(arguments) => sheet::run(*arguments),
         Command::Dump(arguments) => scenes::dump(arguments),
         Command::Convert(arguments) => scenes::convert(arguments),
         Command::Diff(arguments) => pictures::diff(arguments),

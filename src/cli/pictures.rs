@@ -6,6 +6,7 @@ use super::{Exit, print, usage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::{files, limits};
 use crate::compare::{Picture, difference, difference_picture};
+use crate::output::film::{FilmInfo, read_film_info};
 use crate::output::{Format, PictureHeader, write_atomic};
 
 #[derive(clap::Args)]
@@ -24,7 +25,7 @@ pub struct DiffArguments {
 
 #[derive(clap::Args)]
 pub struct InfoArguments {
-    /// A picture that anim wrote
+    /// A picture or a film that anim wrote
     picture: PathBuf,
 }
 
@@ -87,6 +88,13 @@ fn pair(a: &Path, b: &Path, tolerance: f64, out: Option<&Path>) -> Result<bool, 
 
 pub fn info(arguments: InfoArguments) -> Result<Exit, Diagnostics> {
     let path = &arguments.picture;
+    if let Ok(Some(film)) = read_film_info(path) {
+        let FilmInfo { format, size, frames, seconds, metadata } = film;
+        let rate = if seconds > 0.0 { format!(", {:.3} a second", frames as f64 / seconds) } else { String::new() };
+        print(&format!("Size: {}x{}\nFilm: {format}, {frames} frames, {seconds:.3} s{rate}\n", size[0], size[1]));
+        metadata.iter().for_each(|(keyword, text)| print(&format!("{keyword}: {text}\n")));
+        return Ok(Exit::Done);
+    }
     let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
     let no_picture = |why: &str| Diagnostic::error(format!("{}: {why}", path.display()));
     let format = Format::of_bytes(&bytes).ok_or_else(|| no_picture("not a picture of a format that anim writes"))?;

@@ -1,16 +1,17 @@
 //! `anim render`: frames of a script, or one picture of a scene.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use serde_json::json;
 
 use super::progress::{Mode, Progress};
-use super::{Exit, InputArguments, exit_code, frames, print, say, usage};
+use super::{Exit, InputArguments, exit_code, film, frames, print, say, usage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, suggestion};
 use crate::base::limits;
 use crate::components::{Accel, Aov, Integrator};
-use crate::output::{FileState, names};
+use crate::output::{FileState, FilmFormat, names};
 use crate::shot::plan::Plan;
 use crate::shot::run::{self, Event, FrameSource, Report, ReusePolicy};
 use crate::shot::{self, Overrides, Shot};
@@ -19,16 +20,23 @@ use crate::shot::{self, Overrides, Shot};
 #[derive(clap::Args)]
 pub struct FrameArguments {
     #[command(flatten)]
-    input: InputArguments,
+    pub input: InputArguments,
     /// Which frames: numbers, ranges and steps, as in 1-10,20,30-60x5 [default: all]
     #[arg(long, value_name = "LIST")]
-    frames: Option<String>,
+    pub frames: Option<String>,
     /// The i-th of n parts of these frames, of about the same cost; together the parts are the whole
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
-    shard: Option<[u32; 2]>,
-    /// A folder, a pattern with #### for the number, or a file [default: frames/NAME]
+    pub shard: Option<[u32; 2]>,
+    /// A folder, a pattern with #### for the number, or a file; a film if its name ends so [default: frames/NAME]
     #[arg(short, long, value_name = "PLACE")]
-    out: Option<String>,
+    pub out: Option<String>,
+    #[command(flatten)]
+    pub look: LookArguments,
+}
+
+/// Settings over those of the scene and the script.
+#[derive(Clone, clap::Args)]
+pub struct LookArguments {
     /// Width and height in pixels, over the scene's
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
@@ -59,6 +67,51 @@ pub struct FrameArguments {
     denoise: bool,
 }
 
+impl RenderArguments {
+    /// Rendering of frames for something else, which says nothing of single ones.
+    pub fn quiet(wanted: FrameArguments, force: bool, progress: Mode) -> Self {
+        let reuse_memory = limits::REUSE_MEMORY;
+        RenderArguments { wanted, force, no_reuse: false, reuse_memory, threads: None, stats: None, progress }
+    }
+
+    /// A flag that was given and only makes sense where something is rendered.
+    pub fn first_that_renders(&self) -> Option<&'static str> {
+        let FrameArguments { input, shard, look, .. } = &self.wanted;
+        let given = [
+            (!input.defines.is_empty(), "-D"),
+            (input.strict, "--strict"),
+            (shard.is_some(), "--shard"),
+            (look.is_given(), "a setting such as --size"),
+            (self.force, "--force"),
+            (self.no_reuse, "--no-reuse"),
+            (self.threads.is_some(), "--threads"),
+            (self.stats.is_some(), "--stats"),
+        ];
+        given.into_iter().find(|(given, _)| *given).map(|(_, flag)| flag)
+    }
+}
+
+impl LookArguments {
+    /// Whether any setting was given.
+    pub fn is_given(&self) -> bool {
+        self.overrides() != Overrides::default()
+    }
+
+    pub fn overrides(&self) -> Overrides {
+        Overrides {
+            size: self.size,
+            samples: self.spp,
+            seed: self.seed,
+            integrator: self.integrator,
+            accel: self.accel,
+            light_size: self.light_size,
+            bit_depth: self.depth,
+            aovs: self.aovs.as_ref().map(|aovs| aovs.0.clone()),
+            denoise: self.denoise.then_some(true),
+        }
+    }
+}
+
 #[derive(clap::Args)]
 #[command(after_help = "Frames that lie finished under their names are kept; what an edit changed is rendered.
 
@@ -68,10 +121,11 @@ Examples:
   anim render show.rhai -o 'out/f.######.png'        six digits
   anim render show.rhai --shard 2/3                  the second third, on the second of three machines
   anim render scene.p3f --size 1024x768 --depth 16   a still in 16 bits
-  anim render scene.ron -o still.exr --aovs depth,normal   linear values, with layers")]
+  anim render scene.ron -o still.exr --aovs depth,normal   linear values, with layers
+  anim render show.rhai -o show.mp4                  a film of the frames: see anim help film")]
 pub struct RenderArguments {
     #[command(flatten)]
-    wanted: FrameArguments,
+    pub wanted: FrameArguments,
     /// Render every frame, whatever is there already
     #[arg(long)]
     force: bool,
@@ -83,7 +137,7 @@ pub struct RenderArguments {
     reuse_memory: u64,
     /// Worker threads; the pictures do not depend on them [default: one per core]
     #[arg(long, value_name = "N", value_parser = parse_threads)]
-    threads: Option<usize>,
+    pub threads: Option<usize>,
     /// Print what each frame cost, one JSON object a line
     #[arg(long, value_name = "FORMAT", value_parser = ["json"])]
     stats: Option<String>,
@@ -115,7 +169,7 @@ fn parse_shard(text: &str) -> Result<[u32; 2], String> {
     Ok([i, n])
 }
 
-fn parse_threads(text: &str) -> Result<usize, String> {
+pub fn parse_threads(text: &str) -> Result<usize, String> {
     let number = text.parse().ok().filter(|n| (1..=limits::THREADS).contains(n));
     number.ok_or_else(|| format!("expected a number from 1 to {}", limits::THREADS))
 }
@@ -148,26 +202,20 @@ fn parse_aovs(text: &str) -> Result<Aovs, String> {
 
 /// Opens the input and plans the frames that were asked for, without looking at what is there.
 pub fn plan(arguments: &FrameArguments) -> Result<(Shot, Plan), Diagnostics> {
-    let overrides = Overrides {
-        size: arguments.size,
-        samples: arguments.spp,
-        seed: arguments.seed,
-        integrator: arguments.integrator,
-        accel: arguments.accel,
-        light_size: arguments.light_size,
-        bit_depth: arguments.depth,
-        aovs: arguments.aovs.as_ref().map(|aovs| aovs.0.clone()),
-        denoise: arguments.denoise.then_some(true),
-    };
-    let (mut shot, warnings) = shot::open_with(&arguments.input.input, arguments.input.options(overrides)?)?;
+    plan_into(arguments, arguments.out.as_deref())
+}
+
+/// As [`plan`], with frames that go to another place than `-o` says.
+pub fn plan_into(arguments: &FrameArguments, out: Option<&str>) -> Result<(Shot, Plan), Diagnostics> {
+    let options = arguments.input.options(arguments.look.overrides())?;
+    let (mut shot, warnings) = shot::open_with(&arguments.input.input, options)?;
     say(&warnings);
     let count = shot.frames();
     let wanted = match &arguments.frames {
         Some(list) => frames::parse(list, count).map_err(usage)?,
         None => (1..=count).collect(),
     };
-    let target =
-        names::resolve(arguments.out.as_deref(), &shot.name, shot.is_sequence(), wanted.len()).map_err(usage)?;
+    let target = names::resolve(out, &shot.name, shot.is_sequence(), wanted.len()).map_err(usage)?;
     let mut plan = shot::plan::make(&mut shot, &wanted, target)?;
     if let Some([i, n]) = arguments.shard {
         plan.keep_shard(i, n);
@@ -175,24 +223,41 @@ pub fn plan(arguments: &FrameArguments) -> Result<(Shot, Plan), Diagnostics> {
     Ok((shot, plan))
 }
 
-pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
-    let RenderArguments { wanted, threads, .. } = &arguments;
-    match threads {
-        None => render(&arguments, plan(wanted)?),
-        Some(threads) => rayon::ThreadPoolBuilder::new()
-            .num_threads(*threads)
-            .build()
-            .map_err(|e| Diagnostics::from(Diagnostic::error(format!("cannot start {threads} threads: {e}"))))?
-            .install(|| render(&arguments, plan(wanted)?)),
-    }
+/// Does work on as many threads as the user asks for.
+pub fn on_threads<T: Send>(
+    threads: Option<usize>,
+    work: impl FnOnce() -> Result<T, Diagnostics> + Send,
+) -> Result<T, Diagnostics> {
+    let Some(threads) = threads else { return work() };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|e| Diagnostics::from(Diagnostic::error(format!("cannot start {threads} threads: {e}"))))?
+        .install(work)
 }
 
-fn render(arguments: &RenderArguments, (mut shot, mut plan): (Shot, Plan)) -> Result<Exit, Diagnostics> {
+pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
+    if arguments.wanted.out.as_ref().is_some_and(|out| FilmFormat::of_path(Path::new(out)).is_some()) {
+        return film::render(&arguments, &film::FilmOptionArguments::default());
+    }
+    on_threads(arguments.threads, || {
+        let (mut shot, plan) = plan(&arguments.wanted)?;
+        let cancel = on_interrupt()?;
+        render(&arguments, &mut shot, plan, &cancel, &|_| {})
+    })
+}
+
+/// Renders what is not done. `finished` hears of every frame that is whole, those that were there already too, from
+/// several threads.
+pub fn render(
+    arguments: &RenderArguments,
+    shot: &mut Shot,
+    mut plan: Plan,
+    cancel: &AtomicBool,
+    finished: &(dyn Fn(u32) + Sync),
+) -> Result<Exit, Diagnostics> {
     if !arguments.force {
         plan.inspect(&shot.source);
     }
     say(&plan.summary());
-    let cancel = on_interrupt()?;
     let policy = ReusePolicy { reuse: !arguments.no_reuse, memory: arguments.reuse_memory };
     let wanted = plan.frames.len();
     let kept = plan.frames.iter().filter(|planned| planned.state == FileState::Done).count();
@@ -208,9 +273,10 @@ fn render(arguments: &RenderArguments, (mut shot, mut plan): (Shot, Plan)) -> Re
             if arguments.stats.is_some() {
                 print(&format!("{}\n", stats(&report)));
             }
+            finished(report.frame);
         }
     };
-    let ending = run::run(&mut shot, &plan, policy, &cancel, &watch);
+    let ending = run::run(shot, &plan, policy, cancel, &watch);
     let written = written.into_inner();
     let place = if shot.is_sequence() { plan.folder() } else { plan.target.path(1) };
     progress.end(written, kept, &place.to_string_lossy());
@@ -236,7 +302,7 @@ fn outcome(plan: &Plan, failed: &[(u32, Diagnostics)], there: usize) -> Exit {
 }
 
 /// A flag that the first interrupt raises; the second ends the program at once.
-fn on_interrupt() -> Result<Arc<AtomicBool>, Diagnostics> {
+pub fn on_interrupt() -> Result<Arc<AtomicBool>, Diagnostics> {
     let cancel = Arc::new(AtomicBool::new(false));
     let raised = cancel.clone();
     let handler = move || {

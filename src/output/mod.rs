@@ -6,21 +6,25 @@
 //! [`formats`] holds the table of picture formats; to add one touches that table and a file of its own.
 
 mod exr;
+pub mod film;
 pub mod format;
 pub mod formats;
 pub mod manifest;
 pub mod metadata;
 pub mod names;
 mod png;
+pub mod sheet;
 mod state;
 
+pub use film::FilmFormat;
 pub use format::{Decoded, Format, PictureHeader};
 pub use metadata::{Metadata, Provenance, frame_metadata, provenance_metadata};
+pub use png::encode_rgb8;
 pub use state::{FileState, inspect, relabelled};
 
 use std::fs::{File, TryLockError};
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::base::diagnostics::Diagnostic;
 
@@ -53,6 +57,55 @@ pub fn write_after(
     before()?;
     file.persist(path).map_err(|e| failed(e.error))?;
     Ok(())
+}
+
+/// A file that is written piece by piece under a temporary name, and gets its own when it is whole. If it is dropped
+/// before that, nothing is left of it.
+pub struct AtomicFile {
+    file: tempfile::NamedTempFile,
+    path: PathBuf,
+}
+
+impl AtomicFile {
+    /// Starts a file; folders above it are made.
+    ///
+    /// # Errors
+    /// As [`write_atomic`].
+    pub fn create(path: &Path) -> Result<AtomicFile, Diagnostic> {
+        let failed = |error: std::io::Error| Diagnostic::io(path.display(), "write", &error);
+        let folder = folder_of(path);
+        std::fs::create_dir_all(folder).map_err(failed)?;
+        Ok(AtomicFile { file: held_in(folder).map_err(failed)?, path: path.to_path_buf() })
+    }
+
+    /// For writing to it.
+    ///
+    /// # Errors
+    /// The system gives no second handle.
+    pub fn handle(&self) -> Result<File, Diagnostic> {
+        self.file.as_file().try_clone().map_err(|error| self.failed(&error))
+    }
+
+    /// Where it is now, for programs that write to it by its name.
+    pub fn temporary_path(&self) -> &Path {
+        self.file.path()
+    }
+
+    /// The diagnostic of what went wrong with writing it.
+    pub fn failed(&self, error: &std::io::Error) -> Diagnostic {
+        Diagnostic::io(self.path.display(), "write", error)
+    }
+
+    /// Gives the file its name; what was under that name is gone.
+    ///
+    /// # Errors
+    /// As [`write_atomic`].
+    pub fn commit(self) -> Result<(), Diagnostic> {
+        let failed = |error: std::io::Error| Diagnostic::io(self.path.display(), "write", &error);
+        open_to_all(&self.file).map_err(failed)?;
+        self.file.persist(&self.path).map_err(|e| failed(e.error))?;
+        Ok(())
+    }
 }
 
 /// Sees to it that files can be written to a folder, which need not be there yet, before any work is done for them.

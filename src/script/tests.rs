@@ -134,6 +134,21 @@ fn time_is_clip_or_loop() {
 }
 
 #[test]
+fn rates_are_fractions() {
+    let of = |fps: &str| open(&format!("animation(#{{ fps: {fps} }}); fn frame(s, f) {{}}"), &[]);
+    let rate = |fps: &str| of(fps).unwrap().header().rate.to_string();
+    assert_eq!(rate("30"), "30");
+    assert_eq!(rate("12.5"), "25/2");
+    for ntsc in ["23.976", "24000.0 / 1001.0", "\"24000/1001\""] {
+        assert_eq!(rate(ntsc), "24000/1001");
+    }
+    for wrong in ["0", "-24", "\"24/0\"", "\"fast\"", "2e6", "[24]"] {
+        let said = of(wrong).err().unwrap();
+        assert!(said.contains("fps") || said.contains("number"), "{wrong}: {said}");
+    }
+}
+
+#[test]
 fn time_runs_on_between_frames() {
     let at = |mode: &str, number: u32, offset: f64| {
         let header = format!("animation(#{{ frames: 5, fps: 2, mode: \"{mode}\" }});");

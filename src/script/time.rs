@@ -7,7 +7,8 @@ use super::errors::{Fallible, complain};
 use super::random::Generator;
 use crate::base::diagnostics::suggestion;
 use crate::base::limits;
-use crate::components::{FieldValue, Text};
+use crate::base::rate::Rate;
+use crate::components::{FieldValue, Text, Value};
 
 /// How the frames divide time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,8 +24,8 @@ pub enum TimeMode {
 pub struct Header {
     /// The scene as it is written.
     pub scene: Option<String>,
-    /// Frames per second, above 0.
-    pub fps: f64,
+    /// Frames per second.
+    pub rate: Rate,
     /// Number of frames, from 1.
     pub frames: u32,
     /// How the frames divide time.
@@ -38,16 +39,11 @@ const KEYS: [&str; 5] = ["scene", "fps", "frames", "mode", "seed"];
 impl Header {
     /// Reads the map that `animation` was given.
     pub fn read(map: &Map) -> Fallible<Header> {
-        let mut header = Header { scene: None, fps: 24.0, frames: 1, mode: TimeMode::Clip, seed: 0 };
+        let mut header = Header { scene: None, rate: Rate::USUAL, frames: 1, mode: TimeMode::Clip, seed: 0 };
         for (key, value) in map {
             match key.as_str() {
                 "scene" => header.scene = Some(word(value, "scene")?.to_string()),
-                "fps" => {
-                    header.fps = number(value)?;
-                    if !(header.fps > 0.0 && header.fps <= 1e6) {
-                        return complain(format!("`fps` must be above 0, not {}", header.fps), None);
-                    }
-                }
+                "fps" => header.rate = rate(value)?,
                 "frames" => header.frames = whole(value, "frames", 1, u64::from(limits::FRAMES))? as u32,
                 "seed" => header.seed = whole(value, "seed", 0, i64::MAX as u64)?,
                 "mode" => {
@@ -72,6 +68,24 @@ fn word(value: &Dynamic, key: &str) -> Fallible<Text> {
         _ => complain(format!("`{key}`: expected a text, found {}", describe(value)), None),
     }
 }
+
+/// A number, or a fraction as a text.
+fn rate(value: &Dynamic) -> Fallible<Rate> {
+    let found = match to_value(value) {
+        Some(Value::Text(text)) => Rate::parse(&text),
+        _ => Rate::from_number(number(value)?),
+    };
+    match found.filter(|rate| rate.per_second() <= FASTEST) {
+        Some(rate) => Ok(rate),
+        None => {
+            let help = "write a number above 0, or a fraction as in fps: \"24000/1001\"".to_string();
+            complain(format!("`fps`: {} is no frame rate", describe(value)), Some(help))
+        }
+    }
+}
+
+/// Frames a second past which a rate is a mistake.
+const FASTEST: f64 = 1e6;
 
 fn whole(value: &Dynamic, key: &str, low: u64, high: u64) -> Fallible<u64> {
     let found = to_value(value).and_then(|v| u64::from_value(&v).ok()).filter(|x| (low..=high).contains(x));
@@ -110,7 +124,7 @@ impl FrameTime {
             TimeMode::Clip if header.frames > 1 => (at / f64::from(header.frames - 1)).clamp(0.0, 1.0),
             TimeMode::Clip => 0.0,
         };
-        FrameTime { number, at, count: header.frames, fps: header.fps, t, rng: Generator::new(seed) }
+        FrameTime { number, at, count: header.frames, fps: header.rate.per_second(), t, rng: Generator::new(seed) }
     }
 
     /// 0 before a, 1 after b, and a straight ramp between.

@@ -26,6 +26,7 @@ pub use shutter::Slice;
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::project::{Access, FileRole, Folder, Project};
+use crate::base::rate::Rate;
 use crate::components::{Accel, Aov, Edit, Integrator, Render, Scene};
 use crate::load;
 use crate::load::mesh::MeshFiles;
@@ -280,6 +281,11 @@ impl Shot {
     /// Number of frames; 1 for a scene alone.
     pub fn frames(&self) -> u32 {
         self.input.program.as_ref().map_or(1, |(program, _)| program.header().frames)
+    }
+
+    /// Frames per second of a sequence; `None` for a scene alone.
+    pub fn rate(&self) -> Option<Rate> {
+        self.input.program.as_ref().map(|(program, _)| program.header().rate)
     }
 
     /// The World of one frame as a scene, at the frame's own time.

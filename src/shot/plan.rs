@@ -158,6 +158,12 @@ impl Plan {
         find_shared_work(&mut self.frames);
     }
 
+    /// Keeps the frames with these numbers.
+    pub fn keep(&mut self, numbers: &[u32]) {
+        self.frames.retain(|planned| numbers.contains(&planned.frame));
+        find_shared_work(&mut self.frames);
+    }
+
     /// Looks at what is there under the names of the frames.
     pub fn inspect(&mut self, source: &str) {
         let manifest = self.manifest.as_ref();

@@ -3,7 +3,7 @@
 //! One part of scan lines, compressed by ZIP (lossless, sixteen lines at a time). Channels have the names that
 //! compositors look for: `R G B` for the picture, `Z` for depth, `N.X` and so on for what else is asked for.
 
-mod header;
+pub(super) mod header;
 
 use std::io::Cursor;
 

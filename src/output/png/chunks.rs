@@ -7,14 +7,20 @@ use crate::output::metadata::Metadata;
 /// What every PNG file starts with.
 pub const SIGNATURE: [u8; 8] = [0x89, b'P', b'N', b'G', b'\r', b'\n', 0x1a, b'\n'];
 
-struct Chunk<'a> {
-    kind: [u8; 4],
+pub(in crate::output) struct Chunk<'a> {
+    pub kind: [u8; 4],
     /// Length, type, data and CRC.
     bytes: &'a [u8],
 }
 
+impl<'a> Chunk<'a> {
+    pub fn data(&self) -> &'a [u8] {
+        &self.bytes[8..self.bytes.len() - 4]
+    }
+}
+
 /// The chunks of a PNG file, if all are whole and the file ends with its last.
-fn chunks(bytes: &[u8]) -> Option<Vec<Chunk<'_>>> {
+pub(in crate::output) fn chunks(bytes: &[u8]) -> Option<Vec<Chunk<'_>>> {
     let mut rest = bytes.strip_prefix(&SIGNATURE)?;
     let mut found = Vec::new();
     while !rest.is_empty() {
@@ -55,12 +61,34 @@ pub fn with_metadata(bytes: &[u8], changed: &Metadata) -> Option<Vec<u8>> {
     Some(out)
 }
 
-/// An uncompressed text chunk without a language (chapter 11.3.3.4).
-fn write_itxt(out: &mut Vec<u8>, keyword: &str, text: &str) {
-    let data = [b"iTXt", keyword.as_bytes(), b"\0\0\0\0\0", text.as_bytes()].concat();
-    out.extend((data.len() as u32 - 4).to_be_bytes());
-    out.extend(&data);
-    out.extend(crc32fast::hash(&data).to_be_bytes());
+/// Appends a chunk.
+pub(in crate::output) fn write_chunk(out: &mut Vec<u8>, kind: [u8; 4], data: &[u8]) {
+    out.extend((data.len() as u32).to_be_bytes());
+    let covered = out.len();
+    out.extend(kind);
+    out.extend(data);
+    let crc = crc32fast::hash(&out[covered..]);
+    out.extend(crc.to_be_bytes());
+}
+
+/// Appends an uncompressed note without a language (chapter 11.3.3.4).
+pub(in crate::output) fn write_itxt(out: &mut Vec<u8>, keyword: &str, text: &str) {
+    write_chunk(out, *b"iTXt", &[keyword.as_bytes(), b"\0\0\0\0\0", text.as_bytes()].concat());
+}
+
+/// Keyword and text of a note that is not compressed, from the data of its `iTXt` or `tEXt` chunk.
+pub(in crate::output) fn text_entry(kind: &[u8], data: &[u8]) -> Option<(String, String)> {
+    let end = data.iter().position(|byte| *byte == 0)?;
+    let keyword = data[..end].iter().map(|byte| char::from(*byte)).collect();
+    let rest = &data[end + 1..];
+    if kind == b"tEXt" {
+        return Some((keyword, rest.iter().map(|byte| char::from(*byte)).collect()));
+    }
+    // Whether it is compressed, and how; a language, and the keyword in that language.
+    let (flags, rest) = rest.split_at_checked(2)?;
+    let mut parts = rest.splitn(3, |byte| *byte == 0).skip(2);
+    let text = parts.next().filter(|_| flags[0] == 0)?;
+    Some((keyword, String::from_utf8_lossy(text).into_owned()))
 }
 
 #[cfg(test)]

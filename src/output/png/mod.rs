@@ -1,6 +1,6 @@
 //! PNG: 8 or 16 bits a channel, marked as sRGB, with what the picture says of its making.
 
-mod chunks;
+pub(super) mod chunks;
 
 use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError, SrgbRenderingIntent};
 
@@ -46,6 +46,23 @@ fn encode(film: &Film, render: &Render, metadata: &Metadata) -> Result<Vec<u8>, 
         encoder.set_depth(BitDepth::Eight);
         encoder.write_header()?.write_image_data(&film.to_rgb8(DisplayTransform::new(render)))?;
     }
+    Ok(bytes)
+}
+
+/// The bytes of a PNG file of sRGB values in 8 bits, three for each pixel.
+///
+/// # Errors
+/// Metadata that PNG cannot hold; bytes that do not fill the size.
+pub fn encode_rgb8(pixels: &[u8], [width, height]: [u32; 2], metadata: &Metadata) -> Result<Vec<u8>, EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, width, height);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+    for (keyword, text) in metadata {
+        encoder.add_itxt_chunk(keyword.clone(), text.clone())?;
+    }
+    encoder.write_header()?.write_image_data(pixels)?;
     Ok(bytes)
 }
 

@@ -7,6 +7,7 @@ use crate::base::codec::{Codec, Decoder, Encoder, Malformed};
 use crate::base::diagnostics::{Diagnostics, Place};
 use crate::base::limits;
 use crate::base::project::FileRole;
+use crate::base::rate::Rate;
 use crate::script::Moment;
 use crate::script::time::{Header, TimeMode};
 
@@ -169,9 +170,10 @@ impl Codec for Request {
 
 impl Codec for Header {
     fn encode(&self, to: &mut Encoder) {
-        let Header { scene, fps, frames, mode, seed } = self;
+        let Header { scene, rate, frames, mode, seed } = self;
         to.put(scene);
-        to.put(fps);
+        to.put(&rate.numerator());
+        to.put(&rate.denominator());
         to.put(frames);
         to.put(&(*mode == TimeMode::Loop));
         to.put(seed);
@@ -179,7 +181,7 @@ impl Codec for Header {
     fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
         Ok(Header {
             scene: from.get()?,
-            fps: from.get()?,
+            rate: Rate::new(from.get()?, from.get()?).ok_or(Malformed)?,
             frames: from.get()?,
             mode: if from.get()? { TimeMode::Loop } else { TimeMode::Clip },
             seed: from.get()?,
