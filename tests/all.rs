@@ -2,6 +2,8 @@
 
 #[path = "all/diff.rs"]
 mod diff;
+#[path = "all/assets.rs"]
+mod assets;
 #[path = "all/errors.rs"]
 mod errors;
 #[path = "all/exact.rs"]

@@ -7,7 +7,7 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use rustc_hash::FxHashMap;
 
 use super::diagnostics::{Cause, Diagnostic, Diagnostics, Place, Severity};
@@ -172,7 +172,7 @@ macro_rules! vectors {
         }
     )* };
 }
-vectors!(DVec2, DVec3, Vec2, Vec3);
+vectors!(DVec2, DVec3, Vec2, Vec3, Vec4);
 
 impl Codec for bool {
     fn encode(&self, to: &mut Encoder) {

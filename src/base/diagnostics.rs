@@ -146,6 +146,11 @@ impl Diagnostic {
         }
     }
 
+    /// The same as a warning.
+    pub fn into_warning(self) -> Self {
+        Diagnostic { severity: Severity::Warning, ..self }
+    }
+
     /// Whether it is an error.
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error

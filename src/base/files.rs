@@ -2,9 +2,10 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::diagnostics::{Diagnostic, nearest};
+use super::text;
 
 /// The bytes of a file of at most `cap` bytes.
 ///
@@ -38,13 +39,31 @@ pub fn read_bytes(path: &Path, cap: u64) -> Result<Vec<u8>, Diagnostic> {
     Ok(bytes)
 }
 
-/// The text of a file; bytes that are not UTF-8 are replaced.
+/// The text of a file, without a byte order mark; what is not UTF-8 is read as Windows-1252.
 ///
 /// # Errors
-/// As [`read_bytes`].
+/// As [`read_bytes`]; texts in UTF-16.
 pub fn read_text(path: &Path, cap: u64) -> Result<String, Diagnostic> {
-    let text = String::from_utf8(read_bytes(path, cap)?);
-    Ok(text.unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned()))
+    text::decode(read_bytes(path, cap)?, &path.to_string_lossy())
+}
+
+/// A path below a folder whose parts may be written in letters of another case; the first that fits, by name.
+pub fn find_any_case(base: &Path, path: &Path) -> Option<PathBuf> {
+    let mut found = PathBuf::new();
+    for part in path.components() {
+        let exact = found.join(part);
+        if base.join(&exact).exists() {
+            found = exact;
+            continue;
+        }
+        let wanted = part.as_os_str().to_string_lossy().to_lowercase();
+        let folder = base.join(&found);
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };
+        let names = std::fs::read_dir(folder).ok()?.flatten().map(|entry| entry.file_name());
+        let name = names.filter(|name| name.to_string_lossy().to_lowercase() == wanted).min()?;
+        found.push(name);
+    }
+    Some(found)
 }
 
 /// The name in the same folder that is most like the one that is missing.
@@ -79,6 +98,16 @@ mod tests {
         assert!(said("scene.ron", 4).contains("larger than the limit"));
         assert!(said("", 4).contains("it is a folder"));
         assert_eq!(read_text(&folder.path().join("scene.ron"), 5).unwrap(), "hello");
+    }
+
+    #[test]
+    fn files_are_found_whatever_the_case_of_their_letters() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("Maps")).unwrap();
+        std::fs::write(folder.path().join("Maps/Wood.PNG"), "x").unwrap();
+        let find = |path: &str| find_any_case(folder.path(), Path::new(path));
+        assert_eq!(find("maps/wood.png"), Some(PathBuf::from("Maps/Wood.PNG")));
+        assert_eq!(find("maps/stone.png"), None);
     }
 
     #[cfg(unix)]

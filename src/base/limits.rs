@@ -7,6 +7,8 @@
 pub const SCENE_FILE_BYTES: u64 = 512 << 20;
 /// A mesh file (OBJ, PLY): ten million triangles as text.
 pub const MESH_FILE_BYTES: u64 = 2 << 30;
+/// Mesh files that a script chose and that are kept for the frames after: two for each of a few sequences.
+pub const MESH_FILES_KEPT: usize = 16;
 /// An image file: a 16 k x 8 k sky in 16 bits.
 pub const IMAGE_FILE_BYTES: u64 = 1 << 30;
 /// Width and height of an image that is read: 16 k sky domes.
@@ -84,6 +86,8 @@ pub const TRIANGLES: usize = 100_000_000;
 pub const EMITTERS: usize = 4_000_000;
 /// Vertices of one NFF polygon: the largest of the standard databases has 144.
 pub const POLYGON_VERTICES: usize = 100_000;
+/// Folders above that of a P3F scene in which the folder of its sky is looked for: courses put both into one project.
+pub const SKY_FOLDERS_ABOVE: usize = 3;
 /// Parents above one entity: a chain longer than this is a mistake, and the walk stays bounded.
 pub const HIERARCHY_DEPTH: usize = 1_024;
 /// Nesting of brackets in a RON file: the parser recurses.

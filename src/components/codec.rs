@@ -79,22 +79,51 @@ impl Codec for MeshData {
         to.put(&self.triangles);
         to.put(&self.normals);
         to.put(&self.uvs);
+        to.put(&self.colors);
+        to.put(&self.smoothing);
+        to.put(&self.materials);
+        to.put(&self.groups);
     }
     fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
-        let mesh = MeshData::new(from.get()?, from.get()?, from.get()?);
-        Ok(mesh.with_uvs(from.get()?))
+        let mut mesh = MeshData::new(from.get()?, from.get()?, from.get()?).with_uvs(from.get()?);
+        (mesh.colors, mesh.smoothing) = (from.get()?, from.get()?);
+        (mesh.materials, mesh.groups) = (from.get()?, from.get()?);
+        Ok(mesh)
+    }
+}
+
+impl Codec for FaceSet {
+    fn encode(&self, to: &mut Encoder) {
+        let FaceSet { name, runs } = self;
+        to.put(name);
+        to.put(runs);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(FaceSet { name: from.get()?, runs: from.get()? })
     }
 }
 
 impl Codec for Mesh {
     fn encode(&self, to: &mut Encoder) {
-        let Mesh { file, smooth, data } = self;
+        let Mesh { file, frame, group, smooth, crease_angle, file_materials, data } = self;
         to.put(file);
+        to.put(frame);
+        to.put(group);
         to.put(smooth);
+        to.put(crease_angle);
+        to.put(file_materials);
         to.shared(data);
     }
     fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
-        Ok(Mesh { file: from.get()?, smooth: from.get()?, data: from.shared()? })
+        Ok(Mesh {
+            file: from.get()?,
+            frame: from.get()?,
+            group: from.get()?,
+            smooth: from.get()?,
+            crease_angle: from.get()?,
+            file_materials: from.get()?,
+            data: from.shared()?,
+        })
     }
 }
 
@@ -216,8 +245,10 @@ mod tests {
     fn every_kind_of_component_and_edit_comes_back() {
         let texture = Texture { pattern: Some(Pattern::Wood), depth: Some(-0.0), ..Texture::default() };
         let material = Material { bump: Some(Box::new(texture)), eta: Some(DVec3::ONE), ..Material::default() };
-        let data = MeshData::new(vec![Vec3::X, Vec3::Y, Vec3::Z], vec![[0, 1, 2]], vec![]);
-        let mesh = Mesh { file: None, smooth: true, data: Arc::new(data) };
+        let mut data = MeshData::new(vec![Vec3::X, Vec3::Y, Vec3::Z], vec![[0, 1, 2]], vec![]);
+        data.materials = vec![FaceSet { name: "red".into(), runs: vec![[0, 1]] }];
+        (data.colors, data.smoothing) = (vec![glam::Vec4::ONE; 3], vec![7]);
+        let mesh = Mesh { frame: Some(1.5), smooth: Some(true), data: Arc::new(data), ..Mesh::default() };
         let mut components: Vec<Component> = Kind::ALL.iter().map(|kind| kind.default_component()).collect();
         components.push(mesh.into());
         let mut bag = EntityDesc::new(components).named("\u{e4}");

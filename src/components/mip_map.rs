@@ -108,6 +108,13 @@ fn halved(level: &MipLevel) -> MipLevel {
 #[derive(Clone, Debug, Default)]
 pub struct ImageCache(pub FxHashMap<(Text, bool), Arc<MipMap>>);
 
+impl ImageCache {
+    /// Texels of all images together.
+    pub fn texels(&self) -> u64 {
+        self.0.values().map(|image| image.texels()).sum()
+    }
+}
+
 /// They follow from the rest of the scene and its files, and take no part in comparisons.
 impl PartialEq for ImageCache {
     fn eq(&self, _: &Self) -> bool {

@@ -25,7 +25,7 @@ pub use entity::{Component, ComponentType, Edit, EntityDesc, Kind, Role, Scene};
 pub use film::{Aov, Filter, ToneMap};
 pub use light::{AreaLight, Falloff, PointLight};
 pub use material::{Material, MaterialName, Model};
-pub use mesh::{Mesh, MeshData};
+pub use mesh::{FaceSet, Mesh, MeshData, Piece};
 pub use mip_map::{ImageCache, MipLevel, MipMap, Texels};
 pub use record::{Check, FieldClass, FieldError, Invalid, Record};
 pub use render::{Accel, Fresnel, Integrator, Render, Shadows, Transfer};

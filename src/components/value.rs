@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 
 /// Shared text: names are repeated on many entities.
 pub type Text = Arc<str>;
@@ -195,6 +195,18 @@ impl FieldValue for Vec2 {
     }
     fn from_value(value: &Value) -> Result<Self, Mismatch> {
         DVec2::from_value(value).map(|v| v.as_vec2())
+    }
+}
+
+/// Red, green, blue, and alpha, which is 1 if it is not given.
+impl FieldValue for Vec4 {
+    fn to_value(&self) -> Value {
+        Value::List(self.to_array().map(|x| Value::Number(x.into())).to_vec())
+    }
+    fn from_value(value: &Value) -> Result<Self, Mismatch> {
+        let opaque = DVec3::from_value(value).ok().map(|v| v.as_vec3().extend(1.0));
+        let all = || numbers::<4>(value).map(|rgba| Vec4::from_array(rgba.map(|x| x as f32)));
+        opaque.or_else(all).ok_or_else(|| Mismatch::new("three or four numbers", value))
     }
 }
 

@@ -1,10 +1,14 @@
 //! Image files: pictures of textures and of what surrounds a scene.
 
+mod hdr;
+mod jpeg;
+mod open_exr;
+
 use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 
-use image::{DynamicImage, ImageFormat, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Rgb32FImage};
 
 use super::resolve::{Problem, component_path, key};
 use super::spans::Step;
@@ -15,7 +19,10 @@ use crate::base::{files, limits};
 use crate::components::*;
 use crate::trace::light::environment::{CubeMap, EnvironmentMap, FACES, Face};
 
-/// Reads the faces `right left top bottom front back` (.jpg, .jpeg or .png) of a folder that a scene names.
+/// Endings of the faces of a cube map.
+const FACE_ENDINGS: [&str; 6] = ["jpg", "jpeg", "png", "tga", "bmp", "webp"];
+
+/// Reads the faces `right left top bottom front back` of a folder that a scene names, in letters of any case.
 ///
 /// With `linear` their sRGB values are decoded to linear light; otherwise they are taken as they are.
 ///
@@ -25,12 +32,13 @@ pub fn read_cube_map(base: &Folder, folder: &str, linear: bool) -> Result<CubeMa
     let mut faces = Vec::new();
     let shown = base.find(folder, FileRole::Image)?;
     for name in FACES {
-        let names = ["jpg", "jpeg", "png"].map(|e| format!("{folder}/{name}.{e}"));
-        let face = names.iter().find(|name| base.join(name).is_file());
-        let face = face.ok_or_else(|| {
-            Diagnostic::error(format!("{} has no face `{name}` (.jpg, .jpeg or .png)", shown.display()))
+        let names = FACE_ENDINGS.map(|e| format!("{name}.{e}"));
+        let found = names.iter().find_map(|name| files::find_any_case(&shown, Path::new(name)));
+        let face = found.ok_or_else(|| {
+            let endings = FACE_ENDINGS.map(|e| format!(".{e}")).join(", ");
+            Diagnostic::error(format!("{} has no face `{name}` ({endings})", shown.display()))
         })?;
-        faces.push(read_face(&base.admit(face)?, linear)?);
+        faces.push(read_face(&base.admit(&format!("{folder}/{}", face.display()))?, linear)?);
     }
     match <[Face; 6]>::try_from(faces) {
         Ok(faces) => Ok(CubeMap { faces }),
@@ -48,54 +56,90 @@ fn read_face(path: &Path, linear: bool) -> Result<Face, Diagnostic> {
     Ok(Face { width: picture.width(), height: picture.height(), texels })
 }
 
+/// Endings and names of the image files that are read.
+const KNOWN: &str = "known: PNG, JPEG, HDR (Radiance), EXR, TGA, BMP, WebP";
+
 /// The pixels of an image file of at most `cap` of them; the size is known before anything is allocated for it.
 fn decode(path: &Path, cap: u64) -> Result<DynamicImage, Diagnostic> {
-    let bytes = signed_radiance(files::read_bytes(path, limits::IMAGE_FILE_BYTES)?);
+    let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
     let broken = |e: &dyn std::fmt::Display| Diagnostic::error(format!("cannot read {}: {e}", path.display()));
-    let guessed = || ImageReader::new(Cursor::new(&bytes)).with_guessed_format().map_err(|e| broken(&e));
-    let known = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Hdr];
-    let format = guessed()?.format().filter(|format| known.contains(format));
-    let Some(format) = format else {
-        return Err(broken(&"not an image of a known kind").help("known: PNG, JPEG, HDR (Radiance)"));
+    if bytes.starts_with(b"version https://git-lfs") {
+        let problem = broken(&"this is a pointer of Git LFS, not the file itself");
+        return Err(problem.help("fetch it with `git lfs pull`"));
+    }
+    let fits = |[width, height]: [u32; 2]| {
+        if width == 0 || height == 0 {
+            return Err(broken(&"it has no pixels"));
+        }
+        if width > limits::IMAGE_SIDE || height > limits::IMAGE_SIDE {
+            return Err(broken(&format!("{width} x {height} is over the limit of {} a side", limits::IMAGE_SIDE)));
+        }
+        if u64::from(width) * u64::from(height) > cap {
+            return Err(broken(&format!("{width} x {height} is over the limit of {cap} pixels for all images")));
+        }
+        Ok(())
     };
-    let (width, height) = guessed()?.into_dimensions().map_err(|e| broken(&e))?;
-    if width == 0 || height == 0 {
-        return Err(broken(&"it has no pixels"));
+    let floats = |[width, height]: [u32; 2], texels: Vec<f32>| {
+        let picture = Rgb32FImage::from_raw(width, height, texels);
+        picture.map(DynamicImage::ImageRgb32F).ok_or_else(|| broken(&"it has fewer pixels than it says"))
+    };
+    if hdr::is_hdr(&bytes) {
+        let header = hdr::header(&bytes).map_err(|e| broken(&e))?;
+        fits(header.size)?;
+        return floats(header.size, hdr::texels(&bytes, &header).map_err(|e| broken(&e))?);
     }
-    if width > limits::IMAGE_SIDE || height > limits::IMAGE_SIDE {
-        return Err(broken(&format!("{width} x {height} is over the limit of {} a side", limits::IMAGE_SIDE)));
+    if open_exr::is_exr(&bytes) {
+        let size = open_exr::size(&bytes).map_err(|e| broken(&e))?;
+        fits(size)?;
+        return floats(size, open_exr::texels(&bytes, size).map_err(|e| broken(&e))?);
     }
-    if u64::from(width) * u64::from(height) > cap {
-        return Err(broken(&format!("{width} x {height} is over the limit of {cap} pixels for all images")));
-    }
-    if format == ImageFormat::Jpeg && !is_whole_jpeg(&bytes) {
+    let is_tga = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("tga"));
+    let reader = || {
+        let mut reader = ImageReader::new(Cursor::new(&bytes)).with_guessed_format().map_err(|e| broken(&e))?;
+        if reader.format().is_none() && is_tga {
+            // Nothing in a TGA file says that it is one.
+            reader.set_format(ImageFormat::Tga);
+        }
+        Ok::<_, Diagnostic>(reader)
+    };
+    let known = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Tga, ImageFormat::Bmp, ImageFormat::WebP];
+    let format = reader()?.format().filter(|format| known.contains(format));
+    let Some(format) = format else {
+        return Err(broken(&"not an image of a known kind").help(KNOWN));
+    };
+    let (width, height) = reader()?.into_dimensions().map_err(|e| broken(&e))?;
+    fits([width, height])?;
+    let jpeg = if format == ImageFormat::Jpeg { jpeg::scan(&bytes) } else { jpeg::JpegScan::default() };
+    if format == ImageFormat::Jpeg && !jpeg.is_whole {
         return Err(broken(&"the file ends too early"));
     }
-    let mut reader = guessed()?;
+    let mut reader = reader()?;
     let mut caps = image::Limits::default();
     caps.max_alloc = Some(limits::IMAGE_BYTES);
     reader.limits(caps);
-    reader.decode().map_err(|e| broken(&e))
+    let mut decoder = reader.into_decoder().map_err(|e| broken(&e))?;
+    let orientation = decoder.orientation().map_err(|e| broken(&e))?;
+    let mut picture = match jpeg.is_apart {
+        false => DynamicImage::from_decoder(decoder).map_err(|e| broken(&e))?,
+        true => decode_apart(&bytes).map_err(|e| broken(&e))?,
+    };
+    picture.apply_orientation(orientation);
+    Ok(picture)
 }
 
-/// Some programs sign HDR files as `#?RGBE`, which the decoder takes for another format.
-fn signed_radiance(bytes: Vec<u8>) -> Vec<u8> {
-    match bytes.strip_prefix(b"#?RGBE") {
-        Some(rest) => [b"#?RADIANCE", rest].concat(),
-        None => bytes,
-    }
-}
-
-/// Whether the picture data of a JPEG end with their marker: its decoder fills up with grey what is missing.
-fn is_whole_jpeg(bytes: &[u8]) -> bool {
-    let mut at = 2;
-    while let Some([0xff, marker, high, low]) = bytes.get(at..at + 4) {
-        at += 2 + usize::from(u16::from_be_bytes([*high, *low]));
-        if *marker == 0xda {
-            return bytes.get(at..).is_some_and(|data| data.windows(2).any(|pair| pair == [0xff, 0xd9]));
+/// Decodes a JPEG whose components stand apart.
+fn decode_apart(bytes: &[u8]) -> Result<DynamicImage, String> {
+    let mut decoder = jpeg_decoder::Decoder::new(bytes);
+    let texels = decoder.decode().map_err(|e| e.to_string())?;
+    let info = decoder.info().ok_or("it has no picture")?;
+    let (width, height) = (info.width.into(), info.height.into());
+    match info.pixel_format {
+        jpeg_decoder::PixelFormat::RGB24 => {
+            let picture = image::RgbImage::from_raw(width, height, texels).ok_or("it has fewer pixels than it says")?;
+            Ok(DynamicImage::ImageRgb8(picture))
         }
+        _ => Err("its colours are of a kind that is not read where components stand apart".into()),
     }
-    false
 }
 
 /// Reads an image for a texture, with its smaller copies. `decoded` says that its bytes stand for the sRGB curve.
@@ -144,8 +188,7 @@ pub fn fetch(images: &mut ImageCache, base: &Folder, file: &Text, decoded: bool)
     if let Some(known) = images.0.get(&(file.clone(), decoded)) {
         return Ok(known.clone());
     }
-    let taken: u64 = images.0.values().map(|picture| picture.texels()).sum();
-    let room = limits::TEXTURE_TEXELS.saturating_sub(taken);
+    let room = limits::TEXTURE_TEXELS.saturating_sub(images.texels());
     let picture = Arc::new(read_mip_map(&base.find(file, FileRole::Image)?, decoded, room)?);
     images.0.insert((file.clone(), decoded), picture.clone());
     Ok(picture)
@@ -215,20 +258,5 @@ mod tests {
         assert!(read_cube_map(&folder.path().into(), ".", false).unwrap_err().message.contains("`back`"));
         std::fs::write(folder.path().join("back.png"), b"junk").unwrap();
         assert!(read_cube_map(&folder.path().into(), ".", false).is_err());
-    }
-
-    #[test]
-    fn hdr_files_of_either_signature_are_read() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.hdr");
-        let mut bytes = Vec::new();
-        let texels = [image::Rgb([0.5f32, 1.0, 8.0]); 6];
-        image::codecs::hdr::HdrEncoder::new(&mut bytes).encode(&texels, 3, 2).unwrap();
-        let rgbe = [b"#?RGBE", bytes.strip_prefix(b"#?RADIANCE").unwrap()].concat();
-        for file in [bytes, rgbe] {
-            std::fs::write(&path, file).unwrap();
-            let image = decode(&path, 100).unwrap();
-            assert_eq!(image.into_rgb32f().get_pixel(2, 1).0, [0.5, 1.0, 8.0]);
-        }
     }
 }

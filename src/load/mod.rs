@@ -16,7 +16,7 @@ pub mod write;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, Severity};
 use crate::base::project::{Access, FileRole, Folder, Project};
 use crate::base::{files, limits};
 use crate::components::Scene;
@@ -43,13 +43,44 @@ pub fn load_scene_in(path: &Path, strict: bool, project: &Arc<Project>) -> Resul
     project.record(path, FileRole::Scene);
     let name = path.to_string_lossy().into_owned();
     match extension.as_str() {
-        "ron" => ron::parse(&files::read_text(path, limits::SCENE_FILE_BYTES)?, &name, &base),
+        "ron" => {
+            let (scene, warnings) = ron::parse(&files::read_text(path, limits::SCENE_FILE_BYTES)?, &name, &base)?;
+            if strict && !warnings.0.is_empty() {
+                let refused = |warning| Diagnostic { severity: Severity::Error, ..warning };
+                return Err(Diagnostics(warnings.0.into_iter().map(refused).collect()));
+            }
+            Ok((scene, warnings))
+        }
         "nff" | "p3f" => nff::parse(&files::read_text(path, limits::SCENE_FILE_BYTES)?, &name, &base, strict),
         _ => {
             let known = EXTENSIONS.map(|e| format!(".{e}")).join(", ");
-            Err(Diagnostic::error(format!("{name}: not a scene that can be read"))
-                .help(format!("known: {known}"))
-                .into())
+            let help = advice(&extension).map_or(format!("known: {known}"), str::to_string);
+            Err(Diagnostic::error(format!("{name}: not a scene that can be read")).help(help).into())
         }
     }
+}
+
+/// What to do about a file of a kind that is known and not read, by its ending.
+pub fn advice(extension: &str) -> Option<&'static str> {
+    Some(match extension {
+        "obj" | "ply" | "stl" => "this is a mesh: name it in a scene, as mesh: (file: \"...\")",
+        "usd" | "usda" | "usdc" | "usdz" => {
+            "OpenUSD is not read: export OBJ or PLY from the program that made it (from Blender: File, Export)"
+        }
+        "abc" => {
+            "Alembic is not read: export one OBJ or PLY a frame (frame.0001.obj, ...), which a script chooses from by \
+             `mesh.file`"
+        }
+        "fbx" => "FBX is not read: export OBJ or PLY from the program that made it (from Blender: File, Export)",
+        "blend" | "max" | "ma" | "mb" | "c4d" | "3dm" | "skp" => {
+            "this is a project of a modelling program: export OBJ, PLY or STL from it"
+        }
+        "dae" | "3ds" | "x3d" | "wrl" | "off" | "lwo" | "x" | "vtk" => {
+            "this format is not read: convert it to OBJ or PLY (Blender and MeshLab read it)"
+        }
+        "step" | "stp" | "iges" | "igs" | "brep" => {
+            "solids of CAD programs are not read: export a mesh (STL, OBJ or PLY) from the program that made them"
+        }
+        _ => return None,
+    })
 }

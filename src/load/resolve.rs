@@ -3,7 +3,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::spans::Step;
-use crate::base::diagnostics::{Diagnostic, suggestion};
+use crate::base::diagnostics::{Diagnostic, Place, suggestion};
 use crate::base::limits;
 use crate::components::*;
 
@@ -16,12 +16,20 @@ pub struct Problem {
     pub message: String,
     /// What to do about it.
     pub help: Option<String>,
+    /// Where it is in the file that stands at the path, if it is in there.
+    pub inside: Option<Place>,
 }
 
 impl Problem {
     /// A problem without help.
     pub fn new(path: Vec<Step>, message: impl Into<String>) -> Self {
-        Problem { path, message: message.into(), help: None }
+        Problem { path, message: message.into(), help: None, inside: None }
+    }
+
+    /// What is wrong with a file that is named at a path.
+    pub fn from_file(path: Vec<Step>, problem: Diagnostic) -> Self {
+        let Diagnostic { message, help, place, .. } = problem;
+        Problem { path, message, help, inside: place }
     }
 
     /// With what to do about it.

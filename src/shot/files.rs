@@ -1,6 +1,7 @@
 //! Files that a World names are read before it is rendered, never while.
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::limits;
 use crate::load::image;
 use crate::systems::{self, FileRequest, Stage};
 
@@ -9,7 +10,13 @@ use crate::systems::{self, FileRequest, Stage};
 /// # Errors
 /// An image that cannot be read, and who names it.
 pub fn load_images(stage: &mut Stage) -> Result<(), Diagnostics> {
-    for FileRequest { file, decoded, owner } in systems::missing_images(stage) {
+    let missing = systems::missing_images(stage);
+    if !missing.is_empty() && stage.files_mut().images.texels() > limits::TEXTURE_TEXELS / 2 {
+        // A sequence of images would fill all of the room: those that this frame does not name make place.
+        let named = systems::named_images(stage);
+        stage.files_mut().images.0.retain(|key, _| named.contains(key));
+    }
+    for FileRequest { file, decoded, owner } in missing {
         let base = stage.base().clone();
         let loaded = image::fetch(&mut stage.files_mut().images, &base, &file, decoded);
         loaded.map_err(|e| Diagnostic { message: format!("{owner}: {}", e.message), ..e })?;

@@ -148,7 +148,7 @@ impl BaseFingerprint {
         rest.parts = entities.map(|(index, desc)| rest.entity(index, desc)).reduce(PartDigests::default, with);
         for desc in &scene.entities {
             count(&mut rest.counts, desc, 1);
-            if let Some(index) = material_of(desc).and_then(|name| rest.materials.get(name)) {
+            for index in materials_of(desc).filter_map(|name| rest.materials.get(name)) {
                 rest.uses[*index] += 1;
             }
         }
@@ -189,10 +189,10 @@ impl BaseFingerprint {
         let (mut parts, mut counts) = (self.parts, self.counts);
         let mut uses: BTreeMap<usize, i64> = edited.materials.keys().map(|index| (*index, 0)).collect();
         let mut count_use = |desc: &EntityDesc, count: i64| {
-            let Some(name) = material_of(desc) else { return };
             let first = self.scene.materials.len();
-            let added = || edited.added.iter().position(|known| *known == name).map(|i| first + i);
-            if let Some(index) = self.materials.get(name).copied().or_else(added) {
+            let added = |name| edited.added.iter().position(|known| *known == name).map(|i| first + i);
+            for index in materials_of(desc).filter_map(|name| self.materials.get(name).copied().or_else(|| added(name)))
+            {
                 *uses.entry(index).or_default() += count;
             }
         };
@@ -416,8 +416,11 @@ fn is_sum(camera: &Camera, render: &Render) -> bool {
     is_local(render.integrator) && !is_judged && is_instant
 }
 
-fn material_of(desc: &EntityDesc) -> Option<&str> {
-    desc.component::<MaterialName>().map(|name| &*name.0)
+/// Names of the materials that an entity has: its own, and those that the file of its mesh names.
+fn materials_of(desc: &EntityDesc) -> impl Iterator<Item = &str> {
+    let own = desc.component::<MaterialName>().map(|name| &*name.0);
+    let mesh = desc.component::<Mesh>();
+    own.into_iter().chain(mesh.into_iter().flat_map(Mesh::worn).map(|name| &**name))
 }
 
 fn count(counts: &mut SceneCounts, desc: &EntityDesc, sign: i64) {

@@ -30,6 +30,7 @@ use crate::base::project::{Access, FileRole, Folder, Project};
 use crate::base::rate::Rate;
 use crate::components::{Accel, Aov, Edit, Integrator, Render, Scene};
 use crate::load;
+use crate::load::mesh::MeshFiles;
 use crate::output::names::Target;
 use crate::script::{Evaluation, Program};
 use crate::systems::{self, Stage};
@@ -106,6 +107,8 @@ struct Input {
     base: BaseFingerprint,
     settings: Render,
     overrides: Overrides,
+    /// Files of meshes that the script chooses.
+    meshes: MeshFiles,
 }
 
 /// Opens a script or a scene as [`open_with`], in its usual project and in this process.
@@ -141,7 +144,7 @@ pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostic
         let base = BaseFingerprint::new(scene.clone(), Assets::new(scene.base.clone())).without_entities();
         let settings = scene.render.clone();
         let stage = systems::spawn(Arc::unwrap_or_clone(scene))?;
-        let input = Input { program: None, base, settings, overrides };
+        let input = Input { program: None, base, settings, overrides, meshes: MeshFiles::default() };
         return Ok((Shot { name, source, stage, input, project }, warnings));
     }
     let program = Program::open(input, &defines, &project, &evaluation)?;
@@ -153,7 +156,8 @@ pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostic
         }
     };
     let scene = Arc::new(scene);
-    let edits = program.setup(&scene)?;
+    let meshes = MeshFiles::default();
+    let edits = meshes.complete(&scene, program.setup(&scene)?)?;
     let mut stage = systems::spawn(Arc::unwrap_or_clone(scene))?;
     systems::animate(&mut stage, edits)?;
     let rest = Arc::new(systems::collect(&stage));
@@ -163,7 +167,7 @@ pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostic
     }
     let settings = rest.render.clone();
     let base = BaseFingerprint::new(rest.clone(), Assets::new(rest.base.clone()));
-    let input = Input { program: Some((program, rest)), base, settings, overrides };
+    let input = Input { program: Some((program, rest)), base, settings, overrides, meshes };
     Ok((Shot { name, source, stage, input, project }, warnings))
 }
 
@@ -182,7 +186,10 @@ impl Input {
     /// As [`Self::edits`].
     fn edits_at(&self, frame: u32, offset: f64) -> Result<Vec<Edit>, Diagnostics> {
         let mut edits = match &self.program {
-            Some((program, rest)) => program.frame(rest, frame, offset)?,
+            Some((program, rest)) => {
+                let edits = program.frame(rest, frame, offset)?;
+                self.meshes.complete(rest, edits).map_err(|problems| self.in_frame(frame, problems))?
+            }
             None => Vec::new(),
         };
         let render = shutter::last_render(&edits).cloned().unwrap_or_else(|| self.settings.clone());

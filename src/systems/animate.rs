@@ -172,7 +172,9 @@ fn set_render(stage: &mut Stage, render: Render) -> Render {
 fn set_material(stage: &mut Stage, index: usize, material: Material) -> Material {
     let entity = stage.materials[index];
     let old = stage.world.get::<&Material>(entity).map(|m| (*m).clone()).unwrap_or_default();
-    stage.revisions.shapes += u64::from(extract::shows_both_sides(&old) != extract::shows_both_sides(&material));
+    let is_traced_alike = extract::shows_both_sides(&old) == extract::shows_both_sides(&material)
+        && old.is_transparent() == material.is_transparent();
+    stage.revisions.shapes += u64::from(!is_traced_alike);
     let _ = stage.world.insert_one(entity, material);
     old
 }

@@ -58,8 +58,10 @@ pub(super) struct Extraction<'a> {
     stage: &'a Stage,
     /// Whether each material shows both sides; the last entry is the default material's.
     sides: Vec<bool>,
-    /// How many live entities use each mesh.
-    uses: FxHashMap<*const MeshData, u32>,
+    /// Whether light goes through, by material index; as `sides`.
+    transparent: Vec<bool>,
+    /// Each piece of a mesh, held until it is in the columns, and how many live entities use it.
+    uses: FxHashMap<*const MeshData, (Arc<MeshData>, u32)>,
     pub(super) geometry: Geometry,
 }
 
@@ -117,11 +119,15 @@ impl<'a> Extraction<'a> {
     fn new(stage: &'a Stage) -> Self {
         let of = |e: &hecs::Entity| stage.world.get::<&Material>(*e).map(|m| shows_both_sides(&m)).unwrap_or(true);
         let sides = stage.materials.iter().map(of).chain([true]).collect();
-        let mut uses = FxHashMap::default();
+        let lets_through = |e: &hecs::Entity| stage.world.get::<&Material>(*e).is_ok_and(|m| m.is_transparent());
+        let transparent = stage.materials.iter().map(lets_through).chain([false]).collect();
+        let mut uses: FxHashMap<_, (Arc<MeshData>, u32)> = FxHashMap::default();
         for mesh in stage.world.query::<&Mesh>().without::<&Despawned>().iter() {
-            *uses.entry(Arc::as_ptr(&mesh.data)).or_default() += 1;
+            for piece in mesh.pieces().iter() {
+                uses.entry(Arc::as_ptr(&piece.data)).or_insert_with(|| (piece.data.clone(), 0)).1 += 1;
+            }
         }
-        Extraction { stage, sides, uses, geometry: Geometry::default() }
+        Extraction { stage, sides, transparent, uses, geometry: Geometry::default() }
     }
 
     fn run(mut self) -> Result<Geometry, Diagnostics> {
@@ -130,9 +136,21 @@ impl<'a> Extraction<'a> {
         Ok(self.geometry)
     }
 
-    /// Whether several live entities use a mesh.
+    /// Whether several live entities use a piece of a mesh.
     pub(super) fn is_shared(&self, data: &Arc<MeshData>) -> bool {
-        self.uses.get(&Arc::as_ptr(data)).is_some_and(|uses| *uses > 1)
+        self.uses.get(&Arc::as_ptr(data)).is_some_and(|(_, uses)| *uses > 1)
+    }
+
+    /// Whether light goes through what a shape is made of.
+    pub(super) fn is_transparent(&self, placed: &ShapePlacement) -> bool {
+        self.transparent[placed.material as usize]
+    }
+
+    /// The placement of a piece of a mesh, which may be made of another material than its entity.
+    pub(super) fn placement_of(&self, piece: &Piece, placed: &ShapePlacement) -> ShapePlacement {
+        let own = piece.material.as_ref().and_then(|name| self.stage.material_names.get(name));
+        let material = own.map_or(placed.material, |index| *index as u32);
+        ShapePlacement { material, both_sides: self.sides[material as usize], ..*placed }
     }
 
     /// Extracts every entity with a `T`, in authored order.

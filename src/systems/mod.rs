@@ -41,7 +41,7 @@ pub use reuse_bounds::{ReuseBounds, affected_entities, reuse_bounds};
 pub use spawn::spawn;
 pub use stage::{LoadedFiles, Stage};
 pub use static_camera::{ObjectStates, StaticCameraCache};
-pub use textures::{FileRequest, missing_environment, missing_images};
+pub use textures::{FileRequest, missing_environment, missing_images, named_images};
 
 #[cfg(test)]
 mod tests;

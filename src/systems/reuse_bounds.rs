@@ -61,7 +61,14 @@ pub fn reuse_bounds(stage: &Stage, index: usize) -> ReuseBounds {
                     Reach::Infinite => everywhere = true,
                     Reach::Finite => place = Some(place.unwrap_or_default().union(bounds_of(shape, &placement))),
                 }
-                mesh = mesh.or(Mesh::of(&component).map(|mesh| Arc::as_ptr(&mesh.data) as usize));
+                let Some(shape) = Mesh::of(&component) else { continue };
+                mesh = mesh.or(shape.pieces().first().map(|piece| Arc::as_ptr(&piece.data) as usize));
+                for index in shape.worn().filter_map(|name| stage.material_names.get(name)) {
+                    if let Ok(material) = stage.world.get::<&Material>(stage.materials[*index]) {
+                        everywhere |= is_emissive(&material);
+                        feed_record(&*material, |_, _| true, &mut hasher, &mut |_, _| {});
+                    }
+                }
             }
         }
     }

@@ -13,11 +13,14 @@ const FEW_TRIANGLES: usize = 16;
 impl ExtractShape for Sphere {
     fn extract(&self, placed: &ShapePlacement, out: &mut Extraction) {
         let Sphere { center, radius } = *self;
-        let tag = placed.tag(radius < 0.0);
+        // A transparent sphere of negative radius is a bubble; another one is its inside alone.
+        let is_bubble = radius < 0.0 && out.is_transparent(placed);
+        let tag = placed.tag(radius < 0.0 && !is_bubble);
+        let radius = if is_bubble { radius } else { radius.abs() };
         match math::uniform_scale(&placed.map) {
-            Some(scale) => out.geometry.push_sphere(tag, placed.point(center), (radius.abs() * scale) as f32),
+            Some(scale) => out.geometry.push_sphere(tag, placed.point(center), (radius * scale) as f32),
             None => {
-                let shape = LocalShape::Sphere(SpherePrim { center: center.as_vec3(), radius: radius.abs() as f32 });
+                let shape = LocalShape::Sphere(SpherePrim { center: center.as_vec3(), radius: radius as f32 });
                 out.geometry.push_transformed(tag, shape, &placed.map);
             }
         }
@@ -98,14 +101,16 @@ fn frustum(placed: &ShapePlacement, [base, apex]: [DVec3; 2], radii: [f64; 2], c
 
 impl ExtractShape for Mesh {
     fn extract(&self, placed: &ShapePlacement, out: &mut Extraction) {
-        let data = &self.data;
-        let smooth = self.smooth || !data.normals.is_empty();
-        if data.triangles.len() < FEW_TRIANGLES {
-            single_triangles(data, placed, smooth, out);
-        } else if out.is_shared(data) {
-            out.geometry.push_instance(placed.tag(false), data, smooth, &placed.map);
-        } else {
-            out.geometry.push_mesh(placed.tag(false), data, smooth, &placed.map);
+        for piece in self.pieces().iter() {
+            let placed = out.placement_of(piece, placed);
+            let Piece { data, smooth, .. } = piece;
+            if data.triangles.len() < FEW_TRIANGLES && data.colors.is_empty() {
+                single_triangles(data, &placed, *smooth, out);
+            } else if out.is_shared(data) {
+                out.geometry.push_instance(placed.tag(false), data, *smooth, &placed.map);
+            } else {
+                out.geometry.push_mesh(placed.tag(false), data, *smooth, &placed.map);
+            }
         }
     }
 }
@@ -119,8 +124,9 @@ fn single_triangles(data: &MeshData, placed: &ShapePlacement, smooth: bool, out:
         let at = order.map(|i| triangle[i] as usize);
         let shading = (!normals.is_empty()).then(|| at.map(|i| normals[i]));
         out.geometry.push_triangle(placed.tag(false), at.map(|i| points[i]), shading);
-        if !data.uvs.is_empty() {
-            out.geometry.texture_triangle(at.map(|i| data.uvs[i]));
+        let uvs = at.map(|i| data.uvs.get(i).copied().unwrap_or(MeshData::NO_UV));
+        if !uvs.contains(&MeshData::NO_UV) {
+            out.geometry.texture_triangle(uvs);
         }
     }
 }

@@ -1,9 +1,7 @@
 //! World -> texture bindings of entities: the maps of their materials, their own textures, and their local spaces.
 
-use std::sync::Arc;
-
 use glam::{DAffine3, Vec3};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::hierarchy::Placement;
 use super::stage::{EnvironmentKey, MaterialIndex, Stage};
@@ -54,6 +52,21 @@ pub fn missing_images(stage: &Stage) -> Vec<FileRequest> {
     missing
 }
 
+/// The images that the World names as it stands, textures and environment, each with whether it is decoded.
+pub fn named_images(stage: &Stage) -> FxHashSet<(Text, bool)> {
+    let decodes = decodes_colors(stage);
+    let mut named: FxHashSet<(Text, bool)> = environment_key(stage).into_iter().collect();
+    let mut add = |texture: &Texture, coloured: bool| {
+        named.extend(texture.image.iter().map(|file| (file.clone(), texture.decodes(coloured && decodes))));
+    };
+    for entity in &stage.materials {
+        let Ok(material) = stage.world.get::<&Material>(*entity) else { continue };
+        material.maps().for_each(|(_, texture, coloured)| add(texture, coloured));
+    }
+    stage.world.query::<&Texture>().iter().for_each(|texture| add(texture, true));
+    named
+}
+
 /// The environment that the settings name, if it is not loaded.
 pub fn missing_environment(stage: &Stage) -> Option<FileRequest> {
     let (file, decoded) = environment_key(stage)?;
@@ -98,24 +111,45 @@ pub fn texture_bindings(stage: &Stage) -> Result<TextureBindings, Diagnostics> {
     let of_material: Vec<Option<u32>> =
         sets.iter().map(|set| (!set.is_empty()).then(|| bindings.add(set.clone()))).collect();
     let textured = of_material.iter().any(Option::is_some);
-    if !textured && stage.world.query::<&Texture>().iter().next().is_none() {
+    let is_colored = |mesh: &Mesh| !mesh.data.colors.is_empty();
+    let has_colors = stage.world.query::<&Mesh>().iter().any(is_colored);
+    if !textured && !has_colors && stage.world.query::<&Texture>().iter().next().is_none() {
         return Ok(bindings);
     }
+    let default = stage.materials.len();
     // Entities that are textured alike share a set of textures.
     let mut own: FxHashMap<(Option<usize>, String), u32> = FxHashMap::default();
+    let mut plain: Option<u32> = None;
     type Parts<'q> = (Option<&'q Texture>, Option<&'q MaterialIndex>, Option<&'q Placement>, Option<&'q Mesh>);
     stage.for_each_in_order::<Parts>(|index, (texture, material, placement, mesh)| {
-        let material = material.map(|material| material.0 as usize);
-        let set = match texture {
-            None => material.and_then(|i| of_material[i]),
-            Some(texture) => Some(*own.entry((material, format!("{texture:?}"))).or_insert_with(|| {
-                let mut set = material.map_or_else(TextureSet::default, |i| sets[i].clone());
-                set.color.push(layer(texture, true));
-                bindings.add(set)
-            })),
+        let colored = mesh.is_some_and(is_colored);
+        if !textured && !colored && texture.is_none() {
+            return Ok(());
+        }
+        let of_entity = material.map(|material| material.0 as usize);
+        let pieces = mesh.map(Mesh::pieces);
+        let of_piece = |piece: &Piece| {
+            let own = piece.material.as_ref().and_then(|name| stage.material_names.get(name).copied());
+            own.or(of_entity)
         };
-        if let Some(set) = set {
-            bindings.put(index as u32, frame(placement, mesh), set);
+        let whole = pieces.is_none().then_some(of_entity);
+        let mut space = None;
+        for material in pieces.iter().flat_map(|pieces| pieces.iter().map(of_piece)).chain(whole) {
+            let set = match texture {
+                None => material.and_then(|i| of_material[i]),
+                Some(texture) => Some(*own.entry((material, format!("{texture:?}"))).or_insert_with(|| {
+                    let mut set = material.map_or_else(TextureSet::default, |i| sets[i].clone());
+                    set.color.push(layer(texture, true));
+                    bindings.add(set)
+                })),
+            };
+            let set = match set {
+                Some(set) => set,
+                None if colored => *plain.get_or_insert_with(|| bindings.add(TextureSet::default())),
+                None => continue,
+            };
+            let space = space.get_or_insert_with(|| frame(placement, mesh));
+            bindings.put(index as u32, material.unwrap_or(default) as u32, space, colored, set);
         }
         Ok(())
     })?;
@@ -125,7 +159,10 @@ pub fn texture_bindings(stage: &Stage) -> Result<TextureBindings, Diagnostics> {
 /// The local space of an entity, as `extract` has it.
 fn frame(placement: Option<&Placement>, mesh: Option<&Mesh>) -> ObjectSpace {
     let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
-    let bare = mesh.filter(|mesh| mesh.data.uvs.is_empty());
-    let center = bare.map(|mesh: &Mesh| -> Vec3 { Bounds::around(&Arc::clone(&mesh.data).vertices).center() });
+    let bare = mesh.filter(|mesh| mesh.data.lacks_uvs());
+    let center = bare.map(|mesh: &Mesh| -> Vec3 {
+        let pieces = mesh.pieces();
+        pieces.iter().map(|piece| Bounds::around(&piece.data.vertices)).fold(Bounds::default(), Bounds::union).center()
+    });
     ObjectSpace { map: AffineMap::new(&map), center }
 }

@@ -22,10 +22,10 @@ const CRATES: &[(&str, &[&str])] = &[
     ("hecs", &["systems", "components"]),
     ("rhai", &["script"]),
     ("ron", &["load"]),
-    ("tobj", &["load"]),
-    ("ply_rs_bw", &["load"]),
+    ("earcutr", &["load"]),
+    ("jpeg_decoder", &["load"]),
     ("png", &["output"]),
-    ("exr", &["output"]),
+    ("exr", &["load", "output"]),
     ("clap", &["cli"]),
     ("ctrlc", &["cli"]),
 ];

@@ -52,6 +52,33 @@ fn a_white_thing_in_uniform_light_cannot_be_seen() {
     }
 }
 
+/// A transparent sphere of negative radius is a bubble in its material: no light is lost at it, wherever it is seen from.
+#[test]
+fn bubbles_of_glass_lose_no_light() {
+    let bubble = "(sphere: (radius: -0.8), material: \"m\")";
+    let egg = "(sphere: (radius: -1), transform: (scale: (0.8, 0.6, 0.7)), material: \"m\")";
+    let hollow = format!("(sphere: (), material: \"m\"), {bubble}");
+    for (entities, material) in [
+        (bubble, "model: Dielectric, ior: 1.5"),
+        (egg, "model: Dielectric, ior: 1.5"),
+        (&hollow, "model: Dielectric, ior: 1.5"),
+        (&hollow, "color: (1, 1, 1), diffuse: 0, transmission: 1, ior: 1.5"),
+    ] {
+        let scene = format!(
+            r#"(
+            camera: (from: (0.2, 0.4, 4.0), at: (0.0, 0.0, 0.0), fov: 38.0),
+            render: (size: (12, 12), samples: 16, integrator: Path, max_depth: 64, transfer: Linear, background: (0.5, 0.5, 0.5)),
+            materials: {{ "m": ({material}) }},
+            entities: [{entities}],
+        )"#
+        );
+        let picture = picture(&Sandbox::new(), &scene, "");
+        for (x, y, pixel) in picture.enumerate_pixels() {
+            assert!((pixel.0[0] - 0.5).abs() < 0.02, "{entities}, {material}: ({x}, {y}) {:?}", pixel.0);
+        }
+    }
+}
+
 /// In a closed box whose walls shine by E and give back the share a, radiance is E / (1 - a) everywhere.
 #[test]
 fn a_closed_furnace_reaches_its_balance() {

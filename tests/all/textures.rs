@@ -63,7 +63,7 @@ fn broken_images_are_explained_at_their_place() {
         sandbox.anim("check a.ron").fails(3, &[&[place.as_str()], said].concat());
     };
     mistake(None, "gone.png", &["no such file"]);
-    mistake(Some(b"junk".to_vec()), "a.png", &["known: PNG, JPEG, HDR"]);
+    mistake(Some(b"junk".to_vec()), "a.png", &["known: PNG, JPEG, HDR (Radiance), EXR, TGA, BMP, WebP"]);
     let png = flat(32, 32, [1, 2, 3]);
     mistake(Some(png[..png.len() / 2].to_vec()), "a.png", &["cannot read"]);
     let noise = image::RgbImage::from_fn(64, 64, |x, y| image::Rgb([(x * y * 7) as u8, (x * 3) as u8, (y ^ x) as u8]));
@@ -80,6 +80,125 @@ fn broken_images_are_explained_at_their_place() {
     mistake(Some(wide.clone()), "a.hdr", &["no colour"]);
     wide.pop();
     mistake(Some(wide), "a.hdr", &["cannot read"]);
+}
+
+/// Pictures of every kind that is read, whatever way up they were stored, show the same.
+#[test]
+fn every_kind_of_image_shows_its_colours() {
+    let desk = Sandbox::new();
+    // Red above, blue below.
+    let picture = image::RgbImage::from_fn(4, 4, |_, y| image::Rgb(if y < 2 { [200, 0, 0] } else { [0, 0, 200] }));
+    let kinds = [("png", image::ImageFormat::Png), ("bmp", image::ImageFormat::Bmp), ("tga", image::ImageFormat::Tga)];
+    let card = |name: &str| {
+        wall(&format!("color_map: (image: \"{name}\", filter: Nearest, scale: 0.5, offset: 0.5, encoding: Srgb)"))
+    };
+    let look = |name: &str| {
+        desk.write("scene.ron", card(name));
+        desk.anim("scene.ron -o out.png --force").ok();
+        [pixel(&desk, "out.png", 3, 1), pixel(&desk, "out.png", 3, 6)]
+    };
+    for (ending, kind) in kinds.into_iter().chain([("webp", image::ImageFormat::WebP)]) {
+        let name = format!("a.{ending}");
+        desk.write(&name, encoded(&picture, kind));
+        assert_eq!(look(&name), [[200, 0, 0], [0, 0, 200]], "{name}");
+    }
+    // Floats are linear: 128 / 255 by the curve.
+    let rgbe = |lines: &str, rows: [[u8; 4]; 2]| {
+        let mut bytes = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{lines}\n").into_bytes();
+        rows.into_iter().for_each(|texel| bytes.extend(texel));
+        bytes
+    };
+    let (red, blue) = ([110, 0, 0, 127], [0, 0, 110, 127]);
+    desk.write("up.hdr", rgbe("-Y 2 +X 1", [red, blue])).write("down.hdr", rgbe("+Y 2 +X 1", [blue, red]));
+    assert_eq!(look("up.hdr")[0][1..], [0, 0]);
+    assert_eq!(look("up.hdr"), look("down.hdr"));
+    // Our own frames are textures too.
+    let still =
+        "(camera: (from: (0, 0, 0), at: (0, 0, -1)), render: (size: (4, 4), samples: 1, background: (0.2, 0.4, 0.1)))";
+    desk.write("still.ron", still);
+    desk.anim("still.ron -o still.exr").ok();
+    let from_exr = look("still.exr");
+    desk.anim("still.ron -o still.png").ok();
+    let expected = pixel(&desk, "still.png", 1, 1);
+    assert_eq!(from_exr, [expected; 2]);
+    desk.write("cut.exr", &desk.read("still.exr")[..200]);
+    desk.write("scene.ron", card("cut.exr"));
+    desk.anim("check scene.ron").fails(3, &["cannot read cut.exr"]);
+}
+
+/// A photograph that was taken with the camera on its side stands upright.
+#[test]
+fn orientation_is_honoured_and_jpegs_of_every_layout_are_right() {
+    let desk = Sandbox::new();
+    let picture = image::RgbImage::from_fn(16, 16, |_, y| image::Rgb(if y < 8 { [200, 0, 0] } else { [0, 0, 200] }));
+    let jpeg = encoded(&picture, image::ImageFormat::Jpeg);
+    let exif = |orientation: u8| {
+        let tiff =
+            [&b"II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0"[..], &[orientation, 0, 0, 0, 0, 0, 0, 0]].concat();
+        let body = [&b"Exif\0\0"[..], &tiff].concat();
+        let length = (body.len() as u16 + 2).to_be_bytes();
+        [&jpeg[..2], &[0xff, 0xe1], &length, &body, &jpeg[2..]].concat()
+    };
+    let look = |bytes: Vec<u8>| {
+        desk.write("a.jpg", bytes);
+        desk.write("scene.ron", wall("color_map: (image: \"a.jpg\", filter: Nearest, scale: 0.5, offset: 0.5)"));
+        desk.anim("scene.ron -o out.png --force").ok();
+        [pixel(&desk, "out.png", 3, 1), pixel(&desk, "out.png", 3, 6)]
+            .map(|[r, _, b]| if r > b { "red" } else { "blue" })
+    };
+    assert_eq!(look(jpeg.clone()), ["red", "blue"]);
+    assert_eq!(look(exif(1)), ["red", "blue"]);
+    assert_eq!(look(exif(3)), ["blue", "red"]);
+    // Components may stand one after the other, each in a scan of its own.
+    for apart in [false, true] {
+        desk.write("a.jpg", subsampled(apart));
+        desk.anim("scene.ron -o out.png --force").ok();
+        let [r, g, b] = pixel(&desk, "out.png", 3, 3).map(i32::from);
+        assert!((r - 200).abs() < 4 && (g - 30).abs() < 4 && (b - 30).abs() < 4, "{apart}: {r} {g} {b}");
+    }
+    // Fill bytes before a marker mean nothing.
+    assert_eq!(look([&jpeg[..2], &[0xff, 0xff, 0xff], &jpeg[2..]].concat()), ["red", "blue"]);
+}
+
+/// A JPEG of 32 x 32 pixels of (200, 30, 30) with colours at half the resolution: all components in one scan, or `apart`.
+fn subsampled(apart: bool) -> Vec<u8> {
+    let mut jpeg = vec![0xff, 0xd8, 0xff, 0xdb, 0, 67, 0];
+    jpeg.extend([8; 64]);
+    jpeg.extend([0xff, 0xc0, 0, 17, 8, 0, 32, 0, 32, 3, 1, 0x22, 0, 2, 0x11, 0, 3, 0x11, 0]);
+    // Codes 000 to 011 for differences of 0, 5, 6 and 7 bits; code 0 for the end of a block.
+    jpeg.extend([0xff, 0xc4, 0, 23, 0x00, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, 6, 7]);
+    jpeg.extend([0xff, 0xc4, 0, 20, 0x10, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]);
+    // The first block of a component differs from grey, the others not from the one before.
+    let block = |first: bool, component: usize| match (first, component) {
+        (false, _) => "0000".to_string(),
+        (true, 0) => format!("010{:06b}0", -47 + 63),
+        (true, 1) => format!("001{:05b}0", -29 + 31),
+        (true, _) => format!("011{:07b}0", 84),
+    };
+    let mut scan = |components: &[usize], order: &[usize]| {
+        let ids = components.iter().flat_map(|c| [*c as u8 + 1, 0]);
+        jpeg.extend([0xff, 0xda, 0, 6 + 2 * components.len() as u8, components.len() as u8]);
+        jpeg.extend(ids.chain([0, 63, 0]));
+        let mut seen = [false; 3];
+        let bits: String = order.iter().map(|c| block(!std::mem::replace(&mut seen[*c], true), *c)).collect();
+        for byte in bits.as_bytes().chunks(8) {
+            let text = format!("{:1<8}", std::str::from_utf8(byte).unwrap());
+            let byte = u8::from_str_radix(&text, 2).unwrap();
+            jpeg.push(byte);
+            if byte == 0xff {
+                jpeg.push(0);
+            }
+        }
+    };
+    if apart {
+        scan(&[0], &[0; 16]);
+        scan(&[1], &[1; 4]);
+        scan(&[2], &[2; 4]);
+    } else {
+        scan(&[0, 1, 2], &[0, 0, 0, 0, 1, 2].repeat(4));
+    }
+    jpeg.extend([0xff, 0xd9]);
+    jpeg
 }
 
 #[test]

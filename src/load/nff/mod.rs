@@ -10,13 +10,15 @@ mod camera;
 mod lexer;
 mod shapes;
 
+use std::path::Path;
+
 use glam::DVec3;
 use lexer::{Lexer, Word};
 use rustc_hash::FxHashMap;
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, Severity, nearest};
-use crate::base::limits;
 use crate::base::project::Folder;
+use crate::base::{files, limits};
 use crate::components::*;
 use crate::load::image;
 
@@ -116,9 +118,9 @@ impl NffReader<'_> {
                 self.p3f = true;
                 if let Some([n]) = self.exactly(word) {
                     self.scene.render.accel = match n as i64 {
-                        0 => Accel::Brute,
                         1 => Accel::Grid,
                         2 => Accel::Bvh,
+                        // 0 says that its tracer had none, and would take hours by brute force. Pictures do not depend on it.
                         _ => Accel::Auto,
                     };
                 }
@@ -236,8 +238,9 @@ impl NffReader<'_> {
     fn environment(&mut self) {
         self.p3f = true;
         let Some(name) = self.lexer.next() else { return };
-        match image::read_cube_map(self.base, name.text, false) {
-            Ok(_) => self.scene.render.environment = Some(name.text.into()),
+        let folder = self.sky_folder(name.text);
+        match image::read_cube_map(self.base, &folder, false) {
+            Ok(_) => self.scene.render.environment = Some(folder.into()),
             Err(problem) => {
                 let message = format!("no environment: {}; the background colour is used", problem.message);
                 // A missing sky is common, and no mistake of the geometry: not even strict reading refuses it.
@@ -245,6 +248,18 @@ impl NffReader<'_> {
                 self.found.push(warning);
             }
         }
+    }
+
+    /// Where the folder of a sky lies: beside the scene, or beside one of the folders that it is in, as courses lay them
+    /// out; in letters of any case.
+    fn sky_folder(&self, name: &str) -> String {
+        let places = (0..=limits::SKY_FOLDERS_ABOVE).map(|up| "../".repeat(up) + name);
+        let find = |place: String| {
+            let found = files::find_any_case(self.base, Path::new(&place))?.to_string_lossy().replace('\\', "/");
+            self.base.admit(&found).ok().filter(|path| path.is_dir()).map(|_| found)
+        };
+        let mut found = places.filter_map(find);
+        found.next().unwrap_or_else(|| name.to_string())
     }
 
     fn point_light(&mut self, word: Word) {

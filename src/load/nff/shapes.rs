@@ -7,9 +7,8 @@ use glam::{DVec3, Vec3};
 use super::lexer::Word;
 use super::{NffReader, Stop};
 use crate::base::limits;
-use crate::base::project::FileRole;
 use crate::components::*;
-use crate::load::mesh;
+use crate::load::mesh::{self, polygon};
 
 impl NffReader<'_> {
     /// Shapes of a fixed count of numbers.
@@ -130,7 +129,7 @@ impl NffReader<'_> {
         } else {
             let data = MeshData::new(
                 points.iter().map(|v| v.as_vec3()).collect(),
-                triangulate(&points),
+                polygon::clipped(&points),
                 normals.iter().map(|v| v.as_vec3()).collect(),
             );
             self.add(word, Mesh { data: Arc::new(data), ..Mesh::default() }, None);
@@ -187,50 +186,19 @@ impl NffReader<'_> {
 
     pub fn ply(&mut self, word: Word) {
         let Some(name) = self.lexer.next() else { return };
-        let found = self.base.find(name.text, FileRole::Mesh).map_err(|refused| (refused.message, refused.help));
-        match found.and_then(|path| mesh::load(&path)) {
-            Ok(data) => {
-                self.add(word, Mesh { file: Some(name.text.into()), data: Arc::new(data), smooth: false }, None);
+        match mesh::load(self.base, name.text, false) {
+            Ok(loaded) => {
+                let (data, warnings) = loaded.faces();
+                warnings.into_iter().for_each(|warning| self.push(warning));
+                self.add(word, Mesh { file: Some(name.text.into()), data: Arc::new(data), ..Mesh::default() }, None);
             }
-            Err((message, _)) => self.warn(name, format!("{message}; skipped")),
+            Err(problem) => {
+                let place = problem.place.as_ref().filter(|place| place.line > 0);
+                let place = place.map_or(String::new(), |place| format!(", line {}", place.line));
+                self.warn(name, format!("{}{place}: {}; skipped", name.short(), problem.message));
+            }
         }
     }
-}
-
-/// Triangles of a planar polygon that may be concave, in its own orientation.
-pub fn triangulate(points: &[DVec3]) -> Vec<[u32; 3]> {
-    // Newell's normal does not mind collinear corners.
-    let normal: DVec3 = (0..points.len())
-        .map(|i| {
-            let (p, q) = (points[i] - points[0], points[(i + 1) % points.len()] - points[0]);
-            p.cross(q)
-        })
-        .sum();
-    let a = normal.abs();
-    // Drop the axis along which the polygon is flattest.
-    let flat: Vec<f64> = points
-        .iter()
-        .flat_map(|p| {
-            let p = *p - points[0];
-            if a.z >= a.x && a.z >= a.y {
-                [p.x, p.y]
-            } else if a.x >= a.y {
-                [p.y, p.z]
-            } else {
-                [p.z, p.x]
-            }
-        })
-        .collect();
-    let indices = earcutr::earcut(&flat, &[], 2).unwrap_or_default();
-    let mut triangles: Vec<[u32; 3]> =
-        indices.chunks_exact(3).map(|c| [c[0] as u32, c[1] as u32, c[2] as u32]).collect();
-    for t in &mut triangles {
-        let [p, q, r] = t.map(|i| points[i as usize]);
-        if (q - p).cross(r - p).dot(normal) < 0.0 {
-            t.swap(1, 2);
-        }
-    }
-    triangles
 }
 
 /// Faces of the convex hull of a few points, outwards; several triangles where a face has more corners.

@@ -5,6 +5,7 @@ use std::path::Path;
 use proptest::prelude::*;
 
 use super::*;
+use crate::base::project::{Access, Project};
 
 fn read(text: &str) -> (Scene, Vec<String>) {
     let (scene, warnings) =
@@ -65,19 +66,6 @@ fn the_shapes() {
 }
 
 #[test]
-fn a_concave_polygon_keeps_its_area_and_its_front() {
-    // An L of area 3, in a tilted plane.
-    let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
-    let points: Vec<DVec3> = corners.iter().map(|[x, y]| DVec3::new(*x, *y, x + 2.0 * y)).collect();
-    let sum: DVec3 = shapes::triangulate(&points)
-        .into_iter()
-        .map(|t| t.map(|i| points[i as usize]))
-        .map(|[a, b, c]| (b - a).cross(c - a) / 2.0)
-        .sum();
-    assert!((sum - DVec3::new(-1.0, -2.0, 1.0) * 3.0).length() < 1e-9, "{sum}");
-}
-
-#[test]
 fn p3f_lens_and_materials() {
     let text = format!(
         "bclr 0 0 0\n{VIEW}aperture 10\nfocal 1.5\nspp 17\naccel 1\nf 1 0 0 1 0 1 0 0.5 9 0.5 1.5 0.25\ns 0 0 0 1"
@@ -90,6 +78,29 @@ fn p3f_lens_and_materials() {
     assert_eq!((scene.render.samples, scene.render.strata()), (17, 4));
     let material = &scene.materials[0].1;
     assert_eq!((material.specular_color, material.gloss), (DVec3::Y, 0.25));
+}
+
+#[test]
+fn no_accelerator_is_no_order_to_do_without() {
+    let accel = |n: u32| quiet(&format!("accel {n}\ns 0 0 0 1")).render.accel;
+    assert_eq!([0, 1, 2, 3].map(accel), [Accel::Auto, Accel::Grid, Accel::Bvh, Accel::Auto]);
+}
+
+#[test]
+fn skies_are_found_beside_the_folders_above() {
+    let folder = tempfile::tempdir().unwrap();
+    let sky = folder.path().join("SkyBox");
+    std::fs::create_dir_all(&sky).unwrap();
+    std::fs::create_dir_all(folder.path().join("scenes/p3f")).unwrap();
+    for face in crate::trace::light::environment::FACES {
+        ::image::RgbImage::from_pixel(1, 1, ::image::Rgb([255, 0, 255])).save(sky.join(format!("{face}.PNG"))).unwrap();
+    }
+    let input = folder.path().join("scenes/p3f/a.p3f");
+    let access = Access { root: Some(folder.path().into()), ..Access::default() };
+    let base = Folder::around(&input, Project::of(&input, &access).unwrap());
+    let (scene, warnings) = parse("env skybox\ns 0 0 0 1", "a.p3f", &base, false).unwrap();
+    assert!(!warnings.0.iter().any(|w| w.message.contains("environment")), "{warnings}");
+    assert_eq!(scene.render.environment.as_deref(), Some("../../SkyBox"));
 }
 
 #[test]

@@ -5,6 +5,7 @@ use serde::de::DeserializeOwned;
 
 use super::{SECTIONS, options};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, suggestion};
+use crate::base::text;
 use crate::components::*;
 use crate::load::spans::{self, SyntaxField, SyntaxNode};
 
@@ -12,6 +13,10 @@ use crate::load::spans::{self, SyntaxField, SyntaxNode};
 ///
 /// With them comes the scene as far as it could be read, so that its values and references can be judged too.
 pub fn explain(text: &str, file: &str, first: &SpannedError) -> (Diagnostics, Option<Scene>) {
+    let doubles = text::doubles(text, file);
+    if !doubles.is_empty() {
+        return (Diagnostics(doubles), None);
+    }
     let tree = match spans::parse(text) {
         Ok(tree) => tree,
         Err(broken) => {
@@ -68,9 +73,18 @@ impl Explainer<'_> {
     /// The fields of a struct whose keys are known and there once; the others are reported.
     fn fields<'n>(&mut self, node: &'n SyntaxNode, owner: &str, known: &[&str]) -> Vec<&'n SyntaxField> {
         let mut good: Vec<&SyntaxField> = Vec::new();
-        for child in &node.children {
+        for (i, child) in node.children.iter().enumerate() {
             let Some(key) = child.key.as_deref() else {
                 let span = (child.value.start, child.value.end);
+                let before = i.checked_sub(1).map(|i| &node.children[i]);
+                if let Some(before) = before.filter(|before| self.is_decimal_comma(before, child)) {
+                    let span = (before.value.start, span.1);
+                    let found = &self.text[span.0..span.1];
+                    let help = format!("write {}", found.replacen(',', ".", 1));
+                    self.report(span, format!("`{found}` has a comma where decimals begin with a point"), Some(help));
+                    good.retain(|known| !std::ptr::eq(*known, before));
+                    continue;
+                }
                 let help = Some(format!("fields are written `name: value`; {owner} has {}", list(known)));
                 self.report(span, format!("{owner} has a value without a field name"), help);
                 continue;
@@ -86,6 +100,17 @@ impl Explainer<'_> {
             }
         }
         good
+    }
+
+    /// Whether two values are what people who write decimals with a comma mean as one.
+    fn is_decimal_comma(&self, whole: &SyntaxField, decimals: &SyntaxField) -> bool {
+        let [whole, between, decimals] = [
+            &self.text[whole.value.start..whole.value.end],
+            &self.text[whole.value.end..decimals.value.start],
+            &self.text[decimals.value.start..decimals.value.end],
+        ];
+        let is_digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+        is_digits(whole.trim_start_matches(['-', '+'])) && between == "," && is_digits(decimals)
     }
 
     fn materials(&mut self, node: &SyntaxNode) {
@@ -189,7 +214,12 @@ impl Explainer<'_> {
                     continue;
                 }
             }
-            let (message, help) = wrong_value(name, owner, source, default.get(name), &error.code);
+            let (message, mut help) = wrong_value(name, owner, source, default.get(name), &error.code);
+            let parts = &child.value.children;
+            let pairs = parts.len() == 6 && parts.chunks(2).all(|pair| self.is_decimal_comma(&pair[0], &pair[1]));
+            if pairs && matches!(default.get(name), Some(Value::Vec3(_))) {
+                help = Some("decimals begin with a point: write 0.5, not 0,5".into());
+            }
             self.report((child.value.start, child.value.end), message, help);
         }
         if self.found.0.len() == before {

@@ -80,13 +80,14 @@ pub fn parse(text: &str, file: &str, base: &Folder) -> Result<(Scene, Diagnostic
     let mut scene =
         Scene { camera, render, materials: materials.0, entities, base: base.clone(), images: ImageCache::default() };
     let mut problems = resolve::check(&scene);
+    let mut warnings = Vec::new();
     if problems.is_empty() {
-        problems = mesh::load_all(&mut scene);
+        (problems, warnings) = mesh::load_all(&mut scene);
         problems.extend(image::load_all(&mut scene));
         problems.extend(sky_problem(&mut scene));
     }
     if problems.is_empty() {
-        return Ok((scene, Diagnostics::default()));
+        return Ok((scene, Diagnostics(warnings)));
     }
     Err(placed(text, file, problems))
 }
@@ -105,10 +106,18 @@ fn placed(text: &str, file: &str, problems: Vec<Problem>) -> Diagnostics {
     let tree = spans::parse(text).ok();
     let diagnostic = |problem: Problem| -> Diagnostic {
         let span = tree.as_ref().map(|tree| tree.locate(&problem.path));
-        let diagnostic = problem.diagnostic();
-        match span {
-            Some((start, end)) => diagnostic.at(Place::of_span(file, text, start, end)),
-            None => diagnostic.at(Place::file(file)),
+        let here = span.map_or(Place::file(file), |(start, end)| Place::of_span(file, text, start, end));
+        match problem.inside.clone() {
+            None => problem.diagnostic().at(here),
+            Some(inside) if inside.line == 0 => {
+                let message = format!("{}: {}", inside.file, problem.message);
+                Problem { message, ..problem }.diagnostic().at(here)
+            }
+            Some(inside) => {
+                let named = format!("the file is named in {}:{}:{}", here.file, here.line, here.column);
+                let help = problem.help.clone().map_or(named.clone(), |help| format!("{help}; {named}"));
+                problem.help(Some(help)).diagnostic().at(inside)
+            }
         }
     };
     in_order(Diagnostics(problems.into_iter().map(diagnostic).collect()))

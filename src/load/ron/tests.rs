@@ -91,6 +91,18 @@ fn each_kind_of_mistake_has_its_words() {
 }
 
 #[test]
+fn what_keyboards_and_word_processors_do_is_named() {
+    said("(entities: [(sphere: (radius: 0,5))])", &["a.ron:1:31", "`0,5` has a comma", "help: write 0.5"]);
+    let message = read("(entities: [(sphere: (radius: 0,5))])").unwrap_err();
+    assert!(!message.contains("must not be 0"), "{message}");
+    said("(camera: (from: (0,0, 1,4, 6,0)))", &["a.ron:1:17", "write 0.5, not 0,5"]);
+    said("(camera:\u{a0}(fov: 40))", &["a.ron:1:9", "a no-break space (U+00A0) stands here", "a plain space"]);
+    said("(entities: [(name: “a”)])", &["a.ron:1:20", "a curly quote", "a.ron:1:22"]);
+    said("(entities: [(name: \"a\", name: \"b\", sphere: ())])", &["a.ron:1:25", "`name` is given twice"]);
+    said("(entities: [(tags: [], tags: [], sphere: ())])", &["a.ron:1:24", "`tags` is given twice"]);
+}
+
+#[test]
 fn several_mistakes_are_reported_at_once() {
     let text = "(\n camera: (fovv: 1),\n entities: [\n (sphere: (radius: x)),\n (cone: (apex: 1)),\n ])";
     said(text, &["a.ron:2:11", "a.ron:4:20", "a.ron:5:16"]);

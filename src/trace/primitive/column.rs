@@ -1,6 +1,6 @@
 //! What every kind of primitive provides: a column of shapes, or something that answers like one.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use super::area::AreaSampling;
 use super::bounds::Bounds;
@@ -38,6 +38,12 @@ pub trait PrimitiveColumn {
 
     /// Texture coordinates of that point; `space` is the local space of its entity.
     fn uv(&self, i: usize, hit: &Hit, surface: &SurfacePoint, space: &ObjectSpace) -> SurfaceUv;
+
+    /// The colour that the vertices of a mesh give that point: red, green, blue, and alpha.
+    fn vertex_color(&self, i: usize, hit: &Hit) -> Vec4 {
+        let _ = (i, hit);
+        Vec4::ONE
+    }
 
     /// Puts one that was met at these parameters into its lane, where points are found side by side; false if it is not
     /// of the kinds for which they are.

@@ -10,7 +10,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use glam::{DAffine3, Vec2, Vec3};
+use glam::{DAffine3, Vec2, Vec3, Vec4};
 
 use super::aabox::BoxPrim;
 use super::area_shape::AreaShape;
@@ -108,6 +108,12 @@ macro_rules! primitives {
             pub fn surface_uv(&self, hit: &Hit, surface: &SurfacePoint, space: &ObjectSpace) -> SurfaceUv {
                 let (kind, i) = self.place(hit.primitive);
                 match kind { $( PrimitiveKind::$Kind => self.$column.uv(i, hit, surface, space) ),* }
+            }
+
+            /// The colour that the vertices of a mesh give the point of a hit: red, green, blue, and alpha.
+            pub fn vertex_color(&self, hit: &Hit) -> Vec4 {
+                let (kind, i) = self.place(hit.primitive);
+                match kind { $( PrimitiveKind::$Kind => self.$column.vertex_color(i, hit) ),* }
             }
 
             /// Puts the primitive that a ray met at these parameters into its lane; false for kinds without lanes.

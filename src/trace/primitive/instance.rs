@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, Vec2, Vec3};
+use glam::{DAffine3, Vec2, Vec3, Vec4};
 
 use super::aabox::BoxPrim;
 use super::affine::AffineMap;
 use super::bounds::Bounds;
 use super::closest_hit::ClosestHit;
 use super::column::PrimitiveColumn;
-use super::mesh::{corner_uvs, mixed_normal, same_mesh};
+use super::mesh::{corner_uvs, mixed_color, mixed_normal, same_mesh};
 use super::prepared_ray::PreparedRay;
 use super::surface::{BarePoint, SurfacePoint};
 use super::tag::Tag;
@@ -162,6 +162,10 @@ impl PrimitiveColumn for Instances {
         wrapped(surface, space)
             .filter(|_| uvs.is_none())
             .unwrap_or_else(|| patch(prototype.corners(hit.element), uvs, hit).carried(&space.map, surface))
+    }
+
+    fn vertex_color(&self, i: usize, hit: &Hit) -> Vec4 {
+        mixed_color(&self.of(i).1.mesh, hit.element, hit.u, hit.v)
     }
 
     fn area_shapes(&self, wanted: &dyn Fn(Tag) -> bool, visit: &mut dyn FnMut(usize, u32, Tag, AreaTriangle)) {

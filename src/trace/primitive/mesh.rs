@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, Mat3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, Mat3, Vec2, Vec3, Vec4};
 
 use super::bounds::Bounds;
 use super::closest_hit::ClosestHit;
@@ -84,7 +84,17 @@ impl BakedMesh {
 }
 
 pub fn corner_uvs(mesh: &MeshData, triangle: u32) -> Option<[Vec2; 3]> {
-    (!mesh.uvs.is_empty()).then(|| mesh.triangles[triangle as usize].map(|i| mesh.uvs[i as usize]))
+    let uvs = (!mesh.uvs.is_empty()).then(|| mesh.triangles[triangle as usize].map(|i| mesh.uvs[i as usize]));
+    uvs.filter(|uvs| !uvs.contains(&MeshData::NO_UV))
+}
+
+/// The colour that the vertices of a triangle give a point of it; white if they have none.
+pub fn mixed_color(mesh: &MeshData, triangle: u32, u: f32, v: f32) -> Vec4 {
+    if mesh.colors.is_empty() {
+        return Vec4::ONE;
+    }
+    let [a, b, c] = mesh.triangles[triangle as usize].map(|i| mesh.colors[i as usize]);
+    a * (1.0 - u - v) + b * u + c * v
 }
 
 pub fn mixed_normal(mesh: &MeshData, triangle: u32, u: f32, v: f32) -> Vec3 {
@@ -154,6 +164,12 @@ impl PrimitiveColumn for BakedMeshes {
         let (mesh, triangle) = self.part(i);
         let uvs = mesh.uvs(triangle);
         wrapped(surface, space).filter(|_| uvs.is_none()).unwrap_or_else(|| patch(mesh.corners(triangle), uvs, hit))
+    }
+
+    fn vertex_color(&self, i: usize, hit: &Hit) -> Vec4 {
+        let (mesh, triangle) = self.part(i);
+        let (u, v) = if mesh.mirrored { (hit.v, hit.u) } else { (hit.u, hit.v) };
+        mixed_color(&mesh.mesh, triangle, u, v)
     }
 
     #[inline(always)]

@@ -23,6 +23,7 @@ use crate::trace::soa::{Hit, Ray};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpherePrim {
     pub center: Vec3,
+    /// A negative one turns the sphere inside out: it is a bubble in the material around it.
     pub radius: f32,
 }
 
@@ -45,7 +46,8 @@ impl PrimitiveShape for SpherePrim {
     type Area = SpherePrim;
 
     fn bounds(&self) -> Bounds {
-        Bounds { min: self.center - self.radius, max: self.center + self.radius }
+        let reach = self.radius.abs();
+        Bounds { min: self.center - reach, max: self.center + reach }
     }
 
     fn intersect(&self, ray: &PreparedRay, sides: Sides, number: u32, closest: &mut ClosestHit) {
@@ -63,7 +65,7 @@ impl PrimitiveShape for SpherePrim {
     }
 
     fn area_shape(&self) -> Option<SpherePrim> {
-        Some(*self)
+        Some(SpherePrim { radius: self.radius.abs(), ..*self })
     }
 
     #[inline(always)]
@@ -95,11 +97,13 @@ pub fn intersect_sphere<L: Lanes>(ray: &PreparedRayLanes<L>, center: V3<L>, radi
     (met, [L::select(ahead, other, q), L::select(ahead, q, other)])
 }
 
-/// Point, normal and error next to a point.
+/// Point, normal and error next to a point; the normal points inwards where the radius is negative.
 #[inline(always)]
 pub fn sphere_point<L: Lanes>(near: V3<L>, center: V3<L>, radius: L) -> (V3<L>, V3<L>, V3<L>) {
-    let normal = (near - center).normalize_or(V3::splat(Vec3::Y));
-    let error = center.abs() + V3 { x: radius, y: radius, z: radius };
+    let outward = L::select(radius.lt(L::splat(0.0)), L::splat(-1.0), L::splat(1.0));
+    let normal = (near - center).normalize_or(V3::splat(Vec3::Y)).scale(outward);
+    let size = radius.abs();
+    let error = center.abs() + V3 { x: size, y: size, z: size };
     (center + normal.scale(radius), normal, error.scale(L::splat(ROUNDING)))
 }
 

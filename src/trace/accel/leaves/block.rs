@@ -251,7 +251,7 @@ impl Leaves {
         match child.held() {
             NodeKind::Spheres => {
                 let SphereBlock { center: [x, y, z], radius, numbers } = &self.spheres[child.index()];
-                let (x, y, z, r) = (L::load(x), L::load(y), L::load(z), L::load(radius));
+                let (x, y, z, r) = (L::load(x), L::load(y), L::load(z), L::load(radius).abs());
                 (numbers, [[x - r, x + r], [y - r, y + r], [z - r, z + r]])
             }
             NodeKind::Boxes => {

@@ -176,8 +176,21 @@ struct TextureBinding {
     frame: ObjectSpace,
     /// World units per local unit, on the whole.
     unit: f32,
-    /// Index of the texture set.
-    dress: u32,
+    /// Whether the vertices of its mesh have colours.
+    colored: bool,
+    /// Number of a material, and index of the texture set that goes with it.
+    first: [u32; 2],
+    /// As `first`, for entities of several materials.
+    others: Vec<[u32; 2]>,
+}
+
+impl TextureBinding {
+    /// Index of the texture set that goes with a material.
+    #[inline]
+    fn set(&self, material: u32) -> Option<u32> {
+        let mut all = std::iter::once(&self.first).chain(&self.others);
+        all.find(|[known, _]| *known == material).map(|[_, set]| *set)
+    }
 }
 
 /// Which entities have which textures.
@@ -211,15 +224,23 @@ impl TextureBindings {
         self.dresses.len() as u32 - 1
     }
 
-    /// Binds an entity that stands in this space to a texture set.
-    pub fn put(&mut self, entity: u32, frame: ObjectSpace, dress: u32) {
+    /// Binds an entity that stands in this space to a texture set, where it is made of a material; `colored` says
+    /// whether the vertices of its mesh have colours.
+    pub fn put(&mut self, entity: u32, material: u32, frame: &ObjectSpace, colored: bool, set: u32) {
         let at = entity as usize;
         if self.by_entity.len() <= at {
             self.by_entity.resize(at + 1, BARE);
         }
+        if let Some(binding) = self.skins.get_mut(self.by_entity[at] as usize) {
+            if binding.set(material).is_none() {
+                binding.others.push([material, set]);
+            }
+            return;
+        }
         self.by_entity[at] = self.skins.len() as u32;
         let unit = libm::cbrtf(frame.map.to_world.determinant().abs());
-        self.skins.push(TextureBinding { frame, unit, dress });
+        let first = [material, set];
+        self.skins.push(TextureBinding { frame: *frame, unit, colored, first, others: Vec::new() });
     }
 
     /// Whether what the entity is made of has maps.
@@ -241,7 +262,8 @@ impl TextureBindings {
         base: &ShadingParams,
     ) -> Option<ShadingParams> {
         let skin = self.skins.get(*self.by_entity.get(surface.entity as usize)? as usize)?;
-        Some(self.evaluate_binding(geometry, (ray, hit), cone, surface, (skin, base)))
+        let set = skin.set(surface.material)?;
+        Some(self.evaluate_binding(geometry, (ray, hit), cone, surface, (skin, set, base)))
     }
 
     #[inline(never)]
@@ -251,9 +273,9 @@ impl TextureBindings {
         (ray, hit): (&Ray, &Hit),
         cone: RayCone,
         surface: &mut SurfacePoint,
-        (skin, base): (&TextureBinding, &ShadingParams),
+        (skin, set, base): (&TextureBinding, u32, &ShadingParams),
     ) -> ShadingParams {
-        let (dress, wants_uv) = &self.dresses[skin.dress as usize];
+        let (dress, wants_uv) = &self.dresses[set as usize];
         let normal = surface.geometric_normal;
         let spot = TextureContext {
             point: surface.point,
@@ -262,7 +284,8 @@ impl TextureBindings {
             uv: if *wants_uv { geometry.surface_uv(hit, surface, &skin.frame) } else { SurfaceUv::default() },
             frame: &skin.frame,
         };
-        let color = dress.color.iter().fold(Vec3::ONE, |c, layer| c * layer.color(&spot));
+        let own = if skin.colored { geometry.vertex_color(hit).truncate() } else { Vec3::ONE };
+        let color = dress.color.iter().fold(own, |c, layer| c * layer.color(&spot));
         let specular = dress.specular.as_ref().map_or(Vec3::ONE, |layer| layer.color(&spot));
         let roughness = dress.roughness.as_ref().map_or(1.0, |layer| luminance(layer.color(&spot).to_array()));
         let before = surface.shading_normal;

@@ -32,7 +32,7 @@ fn bumpy(texture: &Texture, picture: Option<MipMap>) -> TextureSet {
 fn wearing(dress: TextureSet, frame: ObjectSpace) -> TextureBindings {
     let mut skins = TextureBindings::default();
     let number = skins.add(dress);
-    skins.put(0, frame, number);
+    skins.put(0, 0, &frame, false, number);
     skins
 }
 
