@@ -1,9 +1,9 @@
 //! All integration tests, in one binary.
 
-#[path = "all/diff.rs"]
-mod diff;
 #[path = "all/assets.rs"]
 mod assets;
+#[path = "all/diff.rs"]
+mod diff;
 #[path = "all/errors.rs"]
 mod errors;
 #[path = "all/exact.rs"]

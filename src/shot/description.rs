@@ -4,7 +4,10 @@ use super::Shot;
 use super::fingerprint::{BaseFingerprint, Fingerprint, PICTURES};
 use crate::base::diagnostics::Diagnostics;
 use crate::compare::description::{Detail, Fact, FrameDescription, PARTS, Topic, short};
-use crate::components::{Camera, Component, EntityDesc, FieldClass, Kind, Material, Record, Render, Scene, Value};
+use crate::components::{
+    Camera, Component, ComponentType, EntityDesc, FieldClass, Kind, Material, MaterialName, Record, Render, Scene,
+    Value,
+};
 
 impl Shot {
     /// What a frame is made from at its own time; `fingerprint` is that of the frame.
@@ -68,9 +71,18 @@ impl Facts<'_> {
                 self.add(Topic::Entity, subject, kind.name(), content);
                 self.record(Topic::Entity, subject, &prefix, mesh, default.record());
             }
-            other => {
+            Component::Motion(_)
+            | Component::Sphere(_)
+            | Component::Triangle(_)
+            | Component::Plane(_)
+            | Component::AABox(_)
+            | Component::Cylinder(_)
+            | Component::Cone(_)
+            | Component::Texture(_)
+            | Component::PointLight(_)
+            | Component::AreaLight(_) => {
                 self.add(Topic::Entity, subject, kind.name(), "there".into());
-                self.record(Topic::Entity, subject, &prefix, other.record(), default.record());
+                self.record(Topic::Entity, subject, &prefix, component.record(), default.record());
             }
         }
     }
@@ -99,16 +111,15 @@ impl Facts<'_> {
                 let content = self.base.content_of(text).map(|digest| format!(" [{}]", &short(digest)[..8]));
                 self.add(topic, subject, field, format!("{text}{}", content.unwrap_or_default()));
             }
-            other => self.add(topic, subject, field, plain(other)),
+            Value::Unit | Value::Bool(_) | Value::Int(_) | Value::Number(_) | Value::Vec3(_) | Value::List(_) => {
+                self.add(topic, subject, field, plain(value));
+            }
         }
     }
 }
 
 fn material_of(entity: &EntityDesc) -> Option<&str> {
-    match entity.get(Kind::MaterialName) {
-        Some(Component::MaterialName(name)) => Some(&name.0),
-        _ => None,
-    }
+    entity.get(Kind::MaterialName).and_then(MaterialName::of).map(|name| &*name.0)
 }
 
 /// A value as people write it.

@@ -170,7 +170,7 @@ impl<'a> Cutter<'a> {
                 let given = data.normals.get(vertices[i] as usize).is_some_and(|n| *n != Vec3::ZERO);
                 let normal = match &self.normals {
                     NormalSource::PerCorner(corners) if !given => corners.of_triangle[*t as usize][i],
-                    _ => NONE,
+                    NormalSource::PerCorner(_) | NormalSource::PerVertex(_) | NormalSource::None => NONE,
                 };
                 self.copy(vertices[i], normal)
             }));
@@ -180,7 +180,9 @@ impl<'a> Cutter<'a> {
         let normal = |(v, n): (usize, u32)| match &self.normals {
             NormalSource::PerCorner(corners) if n != NONE => corners.normals[n as usize],
             NormalSource::PerVertex(normals) if data.normals.get(v).is_none_or(|n| *n == Vec3::ZERO) => normals[v],
-            _ => data.normals.get(v).copied().unwrap_or(Vec3::ZERO),
+            NormalSource::PerCorner(_) | NormalSource::PerVertex(_) | NormalSource::None => {
+                data.normals.get(v).copied().unwrap_or(Vec3::ZERO)
+            }
         };
         let smooth = !data.normals.is_empty() || !matches!(self.normals, NormalSource::None);
         let piece = MeshData {
