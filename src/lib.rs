@@ -84,12 +84,18 @@
 
 pub mod base;
 pub mod cli;
+#[warn(clippy::wildcard_enum_match_arm)]
 pub mod compare;
+#[warn(clippy::wildcard_enum_match_arm)] // What is added later must be named by the compiler, not forgotten.
 pub mod components;
+#[warn(clippy::wildcard_enum_match_arm)]
 pub mod film;
 pub mod load;
+#[warn(clippy::wildcard_enum_match_arm)]
 pub mod output;
 pub mod script;
+#[warn(clippy::wildcard_enum_match_arm)]
 pub mod shot;
+#[warn(clippy::wildcard_enum_match_arm)]
 pub mod systems;
 pub mod trace;

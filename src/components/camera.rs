@@ -35,12 +35,11 @@ impl FieldValue for Focus {
         }
     }
     fn from_value(value: &Value) -> Result<Self, Mismatch> {
-        match value {
-            Value::Text(name) => Ok(Focus::Entity(name.clone())),
-            other => DVec3::from_value(other)
-                .map(Focus::Point)
-                .map_err(|_| Mismatch::new("the name of an entity or a point", other)),
+        if let Value::Text(name) = value {
+            return Ok(Focus::Entity(name.clone()));
         }
+        let point = DVec3::from_value(value).map(Focus::Point);
+        point.map_err(|_| Mismatch::new("the name of an entity or a point", value))
     }
 }
 

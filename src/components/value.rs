@@ -49,7 +49,7 @@ impl Value {
         match self {
             Value::Int(i) => Some(*i as f64),
             Value::Number(x) => Some(*x),
-            _ => None,
+            Value::Unit | Value::Bool(_) | Value::Text(_) | Value::Vec3(_) | Value::List(_) | Value::Map(_) => None,
         }
     }
 }
@@ -108,10 +108,7 @@ impl FieldValue for bool {
         Value::Bool(*self)
     }
     fn from_value(value: &Value) -> Result<Self, Mismatch> {
-        match value {
-            Value::Bool(b) => Ok(*b),
-            other => Err(Mismatch::new("true or false", other)),
-        }
+        if let Value::Bool(b) = value { Ok(*b) } else { Err(Mismatch::new("true or false", value)) }
     }
 }
 
@@ -148,10 +145,7 @@ impl FieldValue for Text {
         Value::Text(self.clone())
     }
     fn from_value(value: &Value) -> Result<Self, Mismatch> {
-        match value {
-            Value::Text(t) => Ok(t.clone()),
-            other => Err(Mismatch::new("a text", other)),
-        }
+        if let Value::Text(text) = value { Ok(text.clone()) } else { Err(Mismatch::new("a text", value)) }
     }
 }
 
@@ -172,10 +166,8 @@ impl FieldValue for DVec3 {
         Value::Vec3(*self)
     }
     fn from_value(value: &Value) -> Result<Self, Mismatch> {
-        match value {
-            Value::Vec3(v) => Ok(*v),
-            other => numbers(other).map(DVec3::from_array).ok_or_else(|| Mismatch::new("three numbers", other)),
-        }
+        let vector = if let Value::Vec3(v) = value { Some(*v) } else { numbers(value).map(DVec3::from_array) };
+        vector.ok_or_else(|| Mismatch::new("three numbers", value))
     }
 }
 
@@ -242,10 +234,7 @@ impl<T: FieldValue> FieldValue for Option<T> {
         self.as_ref().map_or(Value::Unit, T::to_value)
     }
     fn from_value(value: &Value) -> Result<Self, Mismatch> {
-        match value {
-            Value::Unit => Ok(None),
-            other => T::from_value(other).map(Some),
-        }
+        if *value == Value::Unit { Ok(None) } else { T::from_value(value).map(Some) }
     }
 }
 

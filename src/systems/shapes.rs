@@ -5,7 +5,7 @@ use glam::{DVec3, Vec2, Vec3};
 use super::extract::{ExtractShape, Extraction, ShapePlacement};
 use crate::base::math;
 use crate::components::*;
-use crate::trace::primitive::LocalShape;
+use crate::trace::primitive::{BoxPrim, ConeFrustum, LocalShape, SpherePrim};
 
 /// Meshes of fewer triangles are split into single ones: their bookkeeping would cost more than they do.
 const FEW_TRIANGLES: usize = 16;
@@ -17,7 +17,7 @@ impl ExtractShape for Sphere {
         match math::uniform_scale(&placed.map) {
             Some(scale) => out.geometry.push_sphere(tag, placed.point(center), (radius.abs() * scale) as f32),
             None => {
-                let shape = LocalShape::Sphere { center: center.as_vec3(), radius: radius.abs() as f32 };
+                let shape = LocalShape::Sphere(SpherePrim { center: center.as_vec3(), radius: radius.abs() as f32 });
                 out.geometry.push_transformed(tag, shape, &placed.map);
             }
         }
@@ -60,7 +60,7 @@ impl ExtractShape for AABox {
             let (a, b) = (placed.point(min), placed.point(max));
             out.geometry.push_box(placed.tag(false), a.min(b), a.max(b));
         } else {
-            let shape = LocalShape::Box { min: min.as_vec3(), max: max.as_vec3() };
+            let shape = LocalShape::Box(BoxPrim { min: min.as_vec3(), max: max.as_vec3() });
             out.geometry.push_transformed(placed.tag(false), shape, &placed.map);
         }
     }
@@ -90,7 +90,7 @@ fn frustum(placed: &ShapePlacement, [base, apex]: [DVec3; 2], radii: [f64; 2], c
         None => {
             let [base_radius, apex_radius] = radii.map(|r| r as f32);
             let (base, apex) = (base.as_vec3(), apex.as_vec3());
-            let shape = LocalShape::Cone { base, base_radius, apex, apex_radius, capped };
+            let shape = LocalShape::Cone(ConeFrustum::new(base, base_radius, apex, apex_radius, capped));
             out.geometry.push_transformed(tag, shape, &placed.map);
         }
     }

@@ -263,7 +263,7 @@ fn a_mesh_that_many_entities_use_is_stored_once() {
     film(&mut stage);
     let (_, geometry) = stage.derived.geometry.as_ref().unwrap();
     let BuiltAccelerator { accelerator, .. } = stage.derived.accelerator.as_ref().unwrap();
-    assert_eq!((geometry.len(), geometry.models().len(), geometry.parts().len()), (10_000, 1, 0));
+    assert_eq!((geometry.len(), geometry.prototypes().len(), geometry.instances().len()), (10_000, 1, 10_000));
     let bytes = accelerator.bytes() + size_of_val(&data.triangles[..]);
     assert!(bytes < 10_000 * 1_000, "{bytes}");
 }

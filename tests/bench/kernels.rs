@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anim::components::{Accel, MeshData};
 use anim::trace::accel::{Accelerator, TraversalScratch};
-use anim::trace::primitive::{Geometry, PreparedRay, Tag, shapes};
+use anim::trace::primitive::{Geometry, PreparedRay, Tag, intersect_sphere, intersect_triangle};
 use anim::trace::sampler::{Domain, RayNode, Sampler};
 use anim::trace::simd::V3;
 use anim::trace::soa::{Hits, Ray, Rays};
@@ -52,13 +52,11 @@ fn camera_rays(side: u32) -> Rays {
 fn single_tests(c: &mut Criterion) {
     let probe = PreparedRay::new(Vec3::new(0.1, 0.2, 3.0), Vec3::new(0.05, -0.02, -1.0).normalize());
     let beam = probe.beam::<f32>();
-    c.bench_function("sphere", |b| {
-        b.iter(|| shapes::intersect_sphere::<f32>(&beam, V3::splat(black_box(Vec3::ZERO)), 1.0))
-    });
+    c.bench_function("sphere", |b| b.iter(|| intersect_sphere::<f32>(&beam, V3::splat(black_box(Vec3::ZERO)), 1.0)));
     let corners = [Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, -1.0, 0.1), Vec3::new(0.0, 1.0, -0.1)];
     let corners = corners.map(|p| V3::splat(probe.turned(p)));
     c.bench_function("triangle", |b| {
-        b.iter(|| shapes::intersect_triangle::<f32>(&beam, black_box(corners)).map(|hits| (hits.t, hits.hit)));
+        b.iter(|| intersect_triangle::<f32>(&beam, black_box(corners)).map(|hits| (hits.t, hits.hit)));
     });
     let sampler = Sampler::new(1, 2, 4);
     c.bench_function("stratified point", |b| {

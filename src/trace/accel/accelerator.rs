@@ -142,7 +142,7 @@ impl Accelerator {
             Accelerator::Brute => {
                 for n in 0..geometry.finite() {
                     scratch.counters.intersection_tests += 1;
-                    geometry.test(n, probe, best);
+                    geometry.intersect(n, probe, best);
                     if ANY && best.found {
                         return;
                     }
@@ -180,6 +180,6 @@ fn intersect_planes(geometry: &Geometry, ray: &Ray, best: &mut ClosestHit, scrat
     if !planes.is_empty() {
         let probe = PreparedRay::from(ray);
         scratch.counters.intersection_tests += u64::from(planes.end - planes.start);
-        planes.for_each(|n| geometry.test(n, &probe, best));
+        planes.for_each(|n| geometry.intersect(n, &probe, best));
     }
 }

@@ -9,7 +9,7 @@ use super::*;
 use crate::components::{Accel, MeshData};
 use crate::trace::accel::bvh::Bvh;
 use crate::trace::accel::grid::Grid;
-use crate::trace::primitive::{Geometry, LocalShape, Sides, Tag};
+use crate::trace::primitive::{Geometry, LocalShape, Sides, SpherePrim, Tag};
 use crate::trace::simd::Width;
 use crate::trace::soa::{Hits, Ray, Rays};
 
@@ -52,7 +52,11 @@ fn build(pieces: &[Piece]) -> Geometry {
             5 => {
                 let m = DMat3::from_cols(DVec3::X * 0.3, DVec3::new(0.1, 0.6, 0.0), DVec3::Z * f64::from(*r));
                 let map = DAffine3 { matrix3: m, translation: a.as_dvec3() };
-                geometry.push_transformed(tag, LocalShape::Sphere { center: Vec3::ZERO, radius: 0.5 }, &map);
+                geometry.push_transformed(
+                    tag,
+                    LocalShape::Sphere(SpherePrim { center: Vec3::ZERO, radius: 0.5 }),
+                    &map,
+                );
             }
             7 => {
                 let map = DAffine3::from_rotation_y(f64::from(*r)) * DAffine3::from_translation(a.as_dvec3());

@@ -143,7 +143,7 @@ fn shade_alone(
     let Some(hit) = &hits.get(i) else { return };
     let (ray, mut state) = wave.get(i);
     let (ray, sampler) = (&ray, *samples.sampler(state.sample));
-    let mut surface = context.geometry.surface(ray, hit);
+    let mut surface = context.geometry.surface_point(ray, hit);
     let mut material = &context.materials[surface.material as usize];
     state.cone = state.cone.at(hit.t);
     let textured = context.textures.evaluate(context.geometry, (ray, hit), state.cone, &mut surface, material);

@@ -11,7 +11,7 @@ use crate::trace::counters::Counters;
 use crate::trace::light::{Lamp, Lights};
 use crate::trace::material::ShadingParams;
 use crate::trace::material::texture::TextureBindings;
-use crate::trace::primitive::{Geometry, LocalShape, Sides, Tag};
+use crate::trace::primitive::{Geometry, LocalShape, Sides, SpherePrim, Tag};
 use crate::trace::sampler::Sampler;
 use crate::trace::simd::Width;
 use crate::trace::wavefront::{RenderContext, Settings, Worker};
@@ -59,7 +59,11 @@ fn scene() -> (Geometry, Vec<ShadingParams>, Vec<Lamp>) {
     geometry.push_box(tag(0), Vec3::new(1.0, 0.0, 0.8), Vec3::new(1.4, 0.5, 1.2));
     geometry.push_cone(tag(2), Vec3::new(-1.3, 0.0, 1.0), 0.3, Vec3::new(-1.3, 0.7, 1.0), 0.1, true);
     let turned = DAffine3::from_rotation_z(0.4) * DAffine3::from_scale(DVec3::new(0.5, 0.2, 0.3));
-    geometry.push_transformed(tag(0), LocalShape::Sphere { center: Vec3::new(0.0, 4.0, 0.0), radius: 1.0 }, &turned);
+    geometry.push_transformed(
+        tag(0),
+        LocalShape::Sphere(SpherePrim { center: Vec3::new(0.0, 4.0, 0.0), radius: 1.0 }),
+        &turned,
+    );
     geometry.push_plane(tag(0), Vec3::ZERO, Vec3::Y);
     geometry.finish();
     let lamp = |center: Vec3, edges: [Vec3; 2], inverse_square: bool| Lamp {

@@ -250,7 +250,7 @@ fn from_emitter(emitter: &Emitter, from: Vec3, chance: f32, u: [f32; 2], light: 
     let distance = offset.length();
     let direction = offset * (1.0 / distance);
     let pdf = shining.pdf * chance;
-    let lit = distance > 0.0 && emitter.shines(shining.normal, -direction);
+    let lit = distance > 0.0 && emitter.emits_towards(shining.normal, -direction);
     lit.then(|| LightSample {
         direction,
         target: shining.point,

@@ -113,7 +113,7 @@ fn rays_that_meet_a_light_know_its_density() {
         if (hit.t - light.distance).abs() > 1e-3 * hit.t {
             continue;
         }
-        let found = lights.pdf(&ray, &hit, &geometry.surface(&ray, &hit));
+        let found = lights.pdf(&ray, &hit, &geometry.surface_point(&ray, &hit));
         if light.light != 3 && hit.t > 0.0 {
             assert!((found / light.pdf - 1.0).abs() < 0.02, "{}: {found} {}", light.light, light.pdf);
         }

@@ -1,9 +1,8 @@
-//! Primitives as columns, one set per kind, numbered through.
+//! All primitives of a frame, one column per kind, numbered through.
 //!
-//! After [`Geometry::finish`] numbers run over the kinds in a fixed order (spheres, triangles, boxes, cones, placed
-//! shapes, triangles of meshes, instances of meshes, planes), so that the kind of a primitive is a comparison of its
-//! number. Where two primitives are met at the same distance the lower number wins, whatever finds them: pictures do
-//! not depend on the accelerator.
+//! After [`Geometry::finish`] numbers run over the kinds in the order of their list, so that the kind of a primitive is a
+//! comparison of its number. Where two primitives are met at the same distance the lower number wins, whatever finds them:
+//! pictures do not depend on the accelerator.
 //!
 //! A mesh of one entity stands in the world: its triangles have numbers of their own. A mesh that several entities
 //! share is a [`MeshPrototype`] in its own space, and each [`Instance`] of it is one number.
@@ -13,162 +12,200 @@ use std::sync::Arc;
 
 use glam::{DAffine3, Vec2, Vec3};
 
+use super::aabox::BoxPrim;
+use super::area_shape::AreaShape;
 use super::bounds::Bounds;
-use super::mesh::{BakedMesh, Instance, MeshPrototype};
-use super::shapes::ConeFrustum;
+use super::closest_hit::ClosestHit;
+use super::column::{PrimitiveColumn, ShapeColumn};
+use super::cone::{ConeFrustum, ConePrim};
+use super::instance::{Instance, Instances, MeshPrototype};
+use super::interaction::InteractionLanes;
+use super::mesh::{BakedMesh, BakedMeshes};
+use super::plane::PlanePrim;
+use super::prepared_ray::PreparedRay;
+use super::sphere::SpherePrim;
+use super::surface::SurfacePoint;
 use super::tag::Tag;
-use super::transformed::{LocalShape, TransformedShape, cone_bounds};
+use super::transformed::{LocalShape, TransformedShape};
+use super::triangle::Triangles;
+use super::uv::{ObjectSpace, SurfaceUv};
 use crate::components::MeshData;
 use crate::trace::simd::{Lanes, V3};
-use crate::trace::soa::Ray;
+use crate::trace::soa::{Hit, Ray};
 
-/// The kinds of primitives, in the order of their numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum PrimitiveKind {
-    Sphere,
-    Triangle,
-    Box,
-    Cone,
-    TransformedShape,
-    /// A triangle of a mesh that stands in the world.
-    MeshTriangle,
-    Instance,
-    /// Without bounds.
-    Plane,
+/// Declares the kinds of primitives, `Kind in column: Column`, in the order of their numbers, and what is asked of any of
+/// them.
+macro_rules! primitives {
+    ($( $(#[$doc:meta])* $Kind:ident in $column:ident: $Column:ty ),* $(,)?) => {
+        /// The kinds of primitives, in the order of their numbers.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum PrimitiveKind { $( $(#[$doc])* $Kind ),* }
+
+        impl PrimitiveKind {
+            /// All kinds, in the order of their numbers.
+            pub const ALL: [PrimitiveKind; [$( stringify!($Kind) ),*].len()] = [$( PrimitiveKind::$Kind ),*];
+
+            /// Whether lights can be sampled on primitives of this kind.
+            pub fn is_sampled(self) -> bool {
+                match self { $( PrimitiveKind::$Kind => <$Column>::IS_SAMPLED ),* }
+            }
+        }
+
+        /// All primitives of a frame.
+        #[derive(Clone, Debug, Default, PartialEq)]
+        pub struct Geometry {
+            $( $column: $Column, )*
+            /// Number at which each kind ends.
+            ends: PrimitiveLayout,
+            bounds: Bounds,
+            /// Middle and diagonal of the bounds.
+            center: Vec3,
+            reach: f32,
+            /// Square of the distance from the middle at which rays start far away.
+            far: f32,
+        }
+
+        impl Geometry {
+            fn len_of(&self, kind: PrimitiveKind) -> usize {
+                match kind { $( PrimitiveKind::$Kind => self.$column.len() ),* }
+            }
+
+            fn bounds_of_all(&self, kind: PrimitiveKind) -> Bounds {
+                match kind { $( PrimitiveKind::$Kind => self.$column.all_bounds() ),* }
+            }
+
+            /// What the primitive belongs to.
+            #[inline]
+            pub fn tag(&self, number: u32) -> Tag {
+                let (kind, i) = self.place(number);
+                match kind { $( PrimitiveKind::$Kind => self.$column.tag(i) ),* }
+            }
+
+            /// Bounds of one primitive, exact up to rounding; empty for what has none.
+            pub fn bounds_of(&self, number: u32) -> Bounds {
+                let (kind, i) = self.place(number);
+                match kind { $( PrimitiveKind::$Kind => self.$column.bounds(i) ),* }
+            }
+
+            /// Tests one primitive and keeps it if it is nearer than the closest so far, or as near and lower in number.
+            pub fn intersect(&self, number: u32, ray: &PreparedRay, closest: &mut ClosestHit) {
+                let (kind, i) = self.place(number);
+                match kind { $( PrimitiveKind::$Kind => self.$column.intersect(i, number, ray, closest) ),* }
+            }
+
+            /// The point of a hit of this ray.
+            #[inline]
+            pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+                let (kind, i) = self.place(hit.primitive);
+                let near = || {
+                    let (_, ray) = self.approach(ray);
+                    ray.origin + ray.direction * hit.u
+                };
+                match kind { $( PrimitiveKind::$Kind => self.$column.surface_point(i, ray, near, hit) ),* }
+            }
+
+            /// Texture coordinates of a hit. `surface` faces outwards; `space` is that of its entity.
+            pub fn surface_uv(&self, hit: &Hit, surface: &SurfacePoint, space: &ObjectSpace) -> SurfaceUv {
+                let (kind, i) = self.place(hit.primitive);
+                match kind { $( PrimitiveKind::$Kind => self.$column.uv(i, hit, surface, space) ),* }
+            }
+
+            /// Puts the primitive that a ray met at these parameters into its lane; false for kinds without lanes.
+            #[inline(always)]
+            pub(super) fn gather(&self, number: u32, uv: [f32; 2], lane: usize, lanes: &mut InteractionLanes) -> bool {
+                let (kind, i) = self.place(number);
+                match kind { $( PrimitiveKind::$Kind => self.$column.gather(i, uv, lane, lanes) ),* }
+            }
+
+            /// Calls `visit` with all that can be sampled and whose tags are `wanted`, in the order of hits: number,
+            /// element, tag and shape.
+            pub fn area_shapes(
+                &self,
+                wanted: &dyn Fn(Tag) -> bool,
+                visit: &mut dyn FnMut(u32, u32, Tag, AreaShape),
+            ) {
+                $(
+                    let first = self.range(PrimitiveKind::$Kind).start;
+                    self.$column.area_shapes(wanted, &mut |i, element, tag, shape| {
+                        visit(first + i as u32, element, tag, shape.into());
+                    });
+                )*
+            }
+        }
+    };
 }
 
-const KINDS: [PrimitiveKind; 8] = [
-    PrimitiveKind::Sphere,
-    PrimitiveKind::Triangle,
-    PrimitiveKind::Box,
-    PrimitiveKind::Cone,
-    PrimitiveKind::TransformedShape,
-    PrimitiveKind::MeshTriangle,
-    PrimitiveKind::Instance,
-    PrimitiveKind::Plane,
-];
+primitives! {
+    Sphere in spheres: ShapeColumn<SpherePrim>,
+    Triangle in triangles: Triangles,
+    Box in boxes: ShapeColumn<BoxPrim>,
+    Cone in cones: ShapeColumn<ConePrim>,
+    /// A shape under an affine map.
+    Transformed in transformed: ShapeColumn<TransformedShape>,
+    /// A triangle of a mesh that stands in the world.
+    MeshTriangle in baked: BakedMeshes,
+    Instance in instances: Instances,
+    /// Without bounds, and therefore last.
+    Plane in planes: ShapeColumn<PlanePrim>,
+}
 
 /// Number at which each kind ends: two geometries of one layout have the same kinds under the same numbers.
-pub type PrimitiveLayout = [u32; KINDS.len()];
-
-/// Number of a flat triangle's shading normals.
-const FLAT: u32 = u32::MAX;
-
-/// All primitives of a frame.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Geometry {
-    /// Centre and radius.
-    pub(super) spheres: Vec<[f32; 4]>,
-    pub(super) triangles: Vec<[Vec3; 3]>,
-    /// Index into `normals` per triangle.
-    pub(super) shading: Vec<u32>,
-    pub(super) normals: Vec<[Vec3; 3]>,
-    /// Texture coordinates of the triangles that have any, by their index, rising.
-    pub(super) uvs: Vec<(u32, [Vec2; 3])>,
-    pub(super) boxes: Vec<[Vec3; 2]>,
-    pub(super) cones: Vec<ConeFrustum>,
-    pub(super) placed: Vec<TransformedShape>,
-    parts: Vec<BakedMesh>,
-    pub(super) models: Vec<MeshPrototype>,
-    pub(super) instances: Vec<Instance>,
-    /// Point and unit normal.
-    pub(super) planes: Vec<[Vec3; 2]>,
-    /// Bounds of cones, then of placed shapes: what their hits are held to.
-    pub(super) solid_bounds: Vec<Bounds>,
-    /// Tags by kind; those of mesh triangles are with their part.
-    tags: [Vec<Tag>; KINDS.len()],
-    mesh_triangles: usize,
-    /// Number at which each kind ends.
-    ends: PrimitiveLayout,
-    bounds: Bounds,
-    /// Middle and diagonal of the bounds.
-    center: Vec3,
-    reach: f32,
-    /// Square of the distance from the middle at which rays start far away.
-    far: f32,
-}
+pub type PrimitiveLayout = [u32; PrimitiveKind::ALL.len()];
 
 impl Geometry {
     pub fn push_sphere(&mut self, tag: Tag, center: Vec3, radius: f32) {
-        self.spheres.push([center.x, center.y, center.z, radius]);
-        self.tags[PrimitiveKind::Sphere as usize].push(tag);
+        self.spheres.push(tag, SpherePrim { center, radius });
     }
 
     /// Corners are counter-clockwise seen from the front; `normals` of any length shade it smoothly.
     pub fn push_triangle(&mut self, tag: Tag, corners: [Vec3; 3], normals: Option<[Vec3; 3]>) {
-        self.triangles.push(corners);
-        self.shading.push(normals.map_or(FLAT, |_| self.normals.len() as u32));
-        self.normals.extend(normals);
-        self.tags[PrimitiveKind::Triangle as usize].push(tag);
+        self.triangles.push(tag, corners, normals);
     }
 
     /// Texture coordinates of the corners of the triangle that was pushed last.
     pub fn texture_triangle(&mut self, uvs: [Vec2; 3]) {
-        if let Some(last) = self.triangles.len().checked_sub(1) {
-            self.uvs.push((last as u32, uvs));
-        }
+        self.triangles.texture_last(uvs);
     }
 
     /// A box along the world's axes.
     pub fn push_box(&mut self, tag: Tag, min: Vec3, max: Vec3) {
-        self.boxes.push([min, max]);
-        self.tags[PrimitiveKind::Box as usize].push(tag);
+        self.boxes.push(tag, BoxPrim { min, max });
     }
 
+    /// See [`ConeFrustum::new`].
     pub fn push_cone(&mut self, tag: Tag, base: Vec3, base_radius: f32, apex: Vec3, apex_radius: f32, capped: bool) {
-        self.cones.push(ConeFrustum::new(base, base_radius, apex, apex_radius, capped));
-        self.tags[PrimitiveKind::Cone as usize].push(tag);
+        self.cones.push(tag, ConePrim::new(ConeFrustum::new(base, base_radius, apex, apex_radius, capped)));
     }
 
     /// Any shape under any invertible affine map.
     pub fn push_transformed(&mut self, tag: Tag, shape: LocalShape, to_world: &DAffine3) {
-        self.placed.push(TransformedShape::new(shape, to_world));
-        self.tags[PrimitiveKind::TransformedShape as usize].push(tag);
+        self.transformed.push(tag, TransformedShape::new(shape, to_world));
     }
 
     /// A mesh whose triangles become primitives; `smooth` shades it by the normals of its vertices.
     pub fn push_mesh(&mut self, tag: Tag, mesh: &Arc<MeshData>, smooth: bool, to_world: &DAffine3) {
-        self.mesh_triangles += mesh.triangles.len();
-        self.parts.push(BakedMesh::new(tag, mesh, smooth, to_world));
+        self.baked.push(BakedMesh::new(tag, mesh, smooth, to_world));
     }
 
     /// A mesh that is stored once however often it is used.
     pub fn push_instance(&mut self, tag: Tag, mesh: &Arc<MeshData>, smooth: bool, to_world: &DAffine3) {
-        // The latest are the likeliest.
-        let known = self.models.iter().rposition(|m| Arc::ptr_eq(&m.mesh, mesh) && m.smooth == smooth);
-        let model = known.unwrap_or_else(|| {
-            self.models.push(MeshPrototype::new(mesh, smooth));
-            self.models.len() - 1
-        });
-        self.instances.push(Instance::new(model as u32, &self.models[model], to_world));
-        self.tags[PrimitiveKind::Instance as usize].push(tag);
+        self.instances.push(tag, mesh, smooth, to_world);
     }
 
     /// `normal` is unit.
     pub fn push_plane(&mut self, tag: Tag, point: Vec3, normal: Vec3) {
-        self.planes.push([point, normal]);
-        self.tags[PrimitiveKind::Plane as usize].push(tag);
+        self.planes.push(tag, PlanePrim { point, normal });
     }
 
     /// Numbers the primitives and computes what is derived; to be called once, after the last push.
     pub fn finish(&mut self) {
         let mut end = 0;
-        for kind in KINDS {
-            if kind == PrimitiveKind::MeshTriangle {
-                for part in &mut self.parts {
-                    part.first = end;
-                    end += part.mesh.triangles.len() as u32;
-                }
-            }
-            end += self.tags[kind as usize].len() as u32;
+        for kind in PrimitiveKind::ALL {
+            end += self.len_of(kind) as u32;
             self.ends[kind as usize] = end;
         }
-        let cones = self.cones.iter().map(cone_bounds);
-        self.solid_bounds = cones.chain(self.placed.iter().map(TransformedShape::bounds)).collect();
-        let loose = (0..self.range(PrimitiveKind::TransformedShape).end)
-            .fold(Bounds::default(), |b, n| b.union(self.bounds_of(n)));
-        let parts = self.parts.iter().map(BakedMesh::bounds);
-        self.bounds = parts.chain(self.instances.iter().map(|i| i.bounds)).fold(loose, Bounds::union);
+        let bounds = PrimitiveKind::ALL.map(|kind| self.bounds_of_all(kind));
+        self.bounds = bounds.into_iter().fold(Bounds::default(), Bounds::union);
         self.reach = self.bounds.size().length();
         (self.center, self.far) = match self.bounds.is_empty() {
             true => (Vec3::ZERO, f32::INFINITY),
@@ -178,7 +215,7 @@ impl Geometry {
 
     /// Number of primitives so far.
     pub fn len(&self) -> usize {
-        self.mesh_triangles + self.tags.iter().map(Vec::len).sum::<usize>()
+        PrimitiveKind::ALL.iter().map(|kind| self.len_of(*kind)).sum()
     }
 
     pub fn is_empty(&self) -> bool {
@@ -187,7 +224,7 @@ impl Geometry {
 
     /// Primitives below this number have bounds; planes follow.
     pub fn finite(&self) -> u32 {
-        self.ends[PrimitiveKind::Instance as usize]
+        self.range(PrimitiveKind::Plane).start
     }
 
     pub fn layout(&self) -> PrimitiveLayout {
@@ -196,48 +233,42 @@ impl Geometry {
 
     /// Numbers of one kind.
     pub fn range(&self, kind: PrimitiveKind) -> Range<u32> {
-        let start = if kind == PrimitiveKind::Sphere { 0 } else { self.ends[kind as usize - 1] };
+        let start = (kind as usize).checked_sub(1).map_or(0, |before| self.ends[before]);
         start..self.ends[kind as usize]
     }
 
     #[inline]
     pub fn kind_of(&self, number: u32) -> PrimitiveKind {
-        KINDS[self.ends.iter().position(|end| number < *end).unwrap_or(KINDS.len() - 1)]
+        const LAST: usize = PrimitiveKind::ALL.len() - 1;
+        PrimitiveKind::ALL[self.ends.iter().position(|end| number < *end).unwrap_or(LAST)]
     }
 
-    /// What the primitive belongs to.
-    #[inline]
-    pub fn tag(&self, number: u32) -> Tag {
-        match self.kind_of(number) {
-            PrimitiveKind::MeshTriangle => self.part_of(number).tag,
-            kind => self.tags[kind as usize][(number - self.range(kind).start) as usize],
-        }
+    /// The kind of a primitive, and its number among its kind.
+    #[inline(always)]
+    fn place(&self, number: u32) -> (PrimitiveKind, usize) {
+        let kind = self.kind_of(number);
+        (kind, (number - self.range(kind).start) as usize)
     }
 
-    /// The mesh that a mesh triangle is part of.
-    pub(super) fn part_of(&self, number: u32) -> &BakedMesh {
-        &self.parts[self.parts.partition_point(|part| part.first <= number) - 1]
+    fn index(&self, kind: PrimitiveKind, number: u32) -> usize {
+        (number - self.range(kind).start) as usize
     }
 
-    pub fn models(&self) -> &[MeshPrototype] {
-        &self.models
-    }
-
-    pub fn parts(&self) -> &[BakedMesh] {
-        &self.parts
+    /// Meshes that instances are of.
+    pub fn prototypes(&self) -> &[MeshPrototype] {
+        self.instances.prototypes()
     }
 
     pub fn instances(&self) -> &[Instance] {
-        &self.instances
+        self.instances.instances()
     }
 
     pub fn instance(&self, number: u32) -> &Instance {
-        &self.instances[(number - self.range(PrimitiveKind::Instance).start) as usize]
+        &self.instances()[self.index(PrimitiveKind::Instance, number)]
     }
 
-    /// Centre and radius.
-    pub fn sphere(&self, number: u32) -> [f32; 4] {
-        self.spheres[number as usize]
+    pub fn sphere(&self, number: u32) -> SpherePrim {
+        self.spheres.shapes[self.index(PrimitiveKind::Sphere, number)]
     }
 
     /// Corners of a triangle, whether it stands alone or in a mesh.
@@ -248,48 +279,25 @@ impl Geometry {
     /// Corners of a triangle and what it belongs to, whether it stands alone or in a mesh.
     #[inline]
     pub fn tagged_triangle(&self, number: u32) -> ([Vec3; 3], Tag) {
-        let alone = self.range(PrimitiveKind::Triangle);
-        if alone.contains(&number) {
-            let index = (number - alone.start) as usize;
-            return (self.triangles[index], self.tags[PrimitiveKind::Triangle as usize][index]);
+        if self.range(PrimitiveKind::Triangle).contains(&number) {
+            let i = self.index(PrimitiveKind::Triangle, number);
+            return (self.triangles.corners(i), self.triangles.tag(i));
         }
-        let part = self.part_of(number);
-        (part.corners(number - part.first), part.tag)
+        let (mesh, triangle) = self.baked.part(self.index(PrimitiveKind::MeshTriangle, number));
+        (mesh.corners(triangle), mesh.tag)
     }
 
-    /// Least and greatest corner of a box.
-    pub fn aabox(&self, number: u32) -> [Vec3; 2] {
-        self.boxes[(number - self.range(PrimitiveKind::Box).start) as usize]
+    pub fn aabox(&self, number: u32) -> BoxPrim {
+        self.boxes.shapes[self.index(PrimitiveKind::Box, number)]
     }
 
     pub fn cone(&self, number: u32) -> ConeFrustum {
-        self.cones[(number - self.range(PrimitiveKind::Cone).start) as usize]
+        self.cones.shapes[self.index(PrimitiveKind::Cone, number)].cone
     }
 
     /// Bounds of all primitives but the planes.
     pub fn bounds(&self) -> Bounds {
         self.bounds
-    }
-
-    /// Bounds of one finite primitive, exact up to rounding.
-    pub fn bounds_of(&self, number: u32) -> Bounds {
-        match self.kind_of(number) {
-            PrimitiveKind::Sphere => {
-                let [x, y, z, r] = self.sphere(number);
-                let c = Vec3::new(x, y, z);
-                Bounds { min: c - r, max: c + r }
-            }
-            PrimitiveKind::Triangle | PrimitiveKind::MeshTriangle => Bounds::around(&self.corners(number)),
-            PrimitiveKind::Box => {
-                let [min, max] = self.aabox(number);
-                Bounds { min, max }
-            }
-            PrimitiveKind::Cone | PrimitiveKind::TransformedShape => {
-                self.solid_bounds[(number - self.range(PrimitiveKind::Cone).start) as usize]
-            }
-            PrimitiveKind::Instance => self.instance(number).bounds,
-            PrimitiveKind::Plane => Bounds::default(),
-        }
     }
 
     /// Distance from the centre of `bounds` within which no ray that starts there would be moved by [`Self::approach`],

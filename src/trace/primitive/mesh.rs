@@ -1,13 +1,20 @@
-//! Meshes among the primitives: in the world, or in their own space with instances.
+//! Meshes that stand in the world: each of their triangles is a primitive.
 
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, Mat3, Vec2, Vec3};
 
 use super::bounds::Bounds;
+use super::closest_hit::ClosestHit;
+use super::column::PrimitiveColumn;
+use super::interaction::InteractionLanes;
+use super::prepared_ray::PreparedRay;
+use super::surface::SurfacePoint;
 use super::tag::Tag;
-use super::transformed::AffineMap;
+use super::triangle::{AreaTriangle, offer_triangle, on_triangle, patch, wrapped};
+use super::uv::{ObjectSpace, SurfaceUv};
 use crate::components::MeshData;
+use crate::trace::soa::{Hit, Ray};
 
 /// A mesh that stands in the world.
 #[derive(Clone, Debug)]
@@ -20,8 +27,8 @@ pub struct BakedMesh {
     /// Whether the map turns the triangles inside out, so that their corners must be read the other way round.
     mirrored: bool,
     pub tag: Tag,
-    /// Number of its first triangle.
-    pub first: u32,
+    /// Number of its first triangle among those of all baked meshes.
+    first: u32,
 }
 
 impl PartialEq for BakedMesh {
@@ -32,7 +39,7 @@ impl PartialEq for BakedMesh {
     }
 }
 
-fn same_mesh(a: &Arc<MeshData>, b: &Arc<MeshData>) -> bool {
+pub fn same_mesh(a: &Arc<MeshData>, b: &Arc<MeshData>) -> bool {
     Arc::ptr_eq(a, b) || a == b
 }
 
@@ -76,64 +83,92 @@ impl BakedMesh {
     }
 }
 
-fn corner_uvs(mesh: &MeshData, triangle: u32) -> Option<[Vec2; 3]> {
+pub fn corner_uvs(mesh: &MeshData, triangle: u32) -> Option<[Vec2; 3]> {
     (!mesh.uvs.is_empty()).then(|| mesh.triangles[triangle as usize].map(|i| mesh.uvs[i as usize]))
 }
 
-fn mixed_normal(mesh: &MeshData, triangle: u32, u: f32, v: f32) -> Vec3 {
+pub fn mixed_normal(mesh: &MeshData, triangle: u32, u: f32, v: f32) -> Vec3 {
     let normals = mesh.shading_normals();
     let [a, b, c] = mesh.triangles[triangle as usize].map(|i| normals[i as usize]);
     a * (1.0 - u - v) + b * u + c * v
 }
 
-/// A mesh in its own space.
-#[derive(Clone, Debug)]
-pub struct MeshPrototype {
-    pub mesh: Arc<MeshData>,
-    pub smooth: bool,
-    pub bounds: Bounds,
+/// The triangles of all meshes that stand in the world, one mesh after the other.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BakedMeshes {
+    meshes: Vec<BakedMesh>,
+    triangles: usize,
 }
 
-impl PartialEq for MeshPrototype {
-    fn eq(&self, other: &Self) -> bool {
-        same_mesh(&self.mesh, &other.mesh) && self.smooth == other.smooth
-    }
-}
-
-impl MeshPrototype {
-    pub fn new(mesh: &Arc<MeshData>, smooth: bool) -> Self {
-        let smooth = smooth && !mesh.shading_normals().is_empty();
-        MeshPrototype { mesh: mesh.clone(), smooth, bounds: Bounds::around(&mesh.vertices) }
+impl BakedMeshes {
+    pub fn push(&mut self, mesh: BakedMesh) {
+        let first = self.triangles as u32;
+        self.triangles += mesh.mesh.triangles.len();
+        self.meshes.push(BakedMesh { first, ..mesh });
     }
 
-    pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
-        self.mesh.triangles[triangle as usize].map(|i| self.mesh.vertices[i as usize])
-    }
-
-    /// As [`BakedMesh::uvs`].
-    pub fn uvs(&self, triangle: u32) -> Option<[Vec2; 3]> {
-        corner_uvs(&self.mesh, triangle)
-    }
-
-    /// As [`BakedMesh::shading_normal`], in local space.
-    pub fn shading_normal(&self, triangle: u32, u: f32, v: f32) -> Option<Vec3> {
-        self.smooth.then(|| mixed_normal(&self.mesh, triangle, u, v))
+    /// The mesh that a triangle is part of, and its number there.
+    #[inline(always)]
+    pub fn part(&self, i: usize) -> (&BakedMesh, u32) {
+        let i = i as u32;
+        let mesh = &self.meshes[self.meshes.partition_point(|mesh| mesh.first <= i) - 1];
+        (mesh, i - mesh.first)
     }
 }
 
-/// A model under an affine map.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Instance {
-    /// Index of the model.
-    pub model: u32,
-    pub map: AffineMap,
-    /// In the world.
-    pub bounds: Bounds,
-}
+impl PrimitiveColumn for BakedMeshes {
+    const IS_SAMPLED: bool = true;
+    type Area = AreaTriangle;
 
-impl Instance {
-    pub fn new(index: u32, model: &MeshPrototype, to_world: &DAffine3) -> Self {
-        let map = AffineMap::new(to_world);
-        Instance { model: index, map, bounds: map.bounds(model.bounds) }
+    fn len(&self) -> usize {
+        self.triangles
+    }
+
+    #[inline]
+    fn tag(&self, i: usize) -> Tag {
+        self.part(i).0.tag
+    }
+
+    fn bounds(&self, i: usize) -> Bounds {
+        let (mesh, triangle) = self.part(i);
+        Bounds::around(&mesh.corners(triangle))
+    }
+
+    fn all_bounds(&self) -> Bounds {
+        self.meshes.iter().map(BakedMesh::bounds).fold(Bounds::default(), Bounds::union)
+    }
+
+    fn intersect(&self, i: usize, number: u32, ray: &PreparedRay, closest: &mut ClosestHit) {
+        let (mesh, triangle) = self.part(i);
+        offer_triangle(ray, &mesh.corners(triangle), mesh.tag.sides, number, closest);
+    }
+
+    #[inline]
+    fn surface_point(&self, i: usize, _: &Ray, _: impl Fn() -> Vec3, hit: &Hit) -> SurfacePoint {
+        let (mesh, triangle) = self.part(i);
+        let shading = mesh.shading_normal(triangle, hit.u, hit.v);
+        on_triangle(&mesh.corners(triangle), hit, shading).of(mesh.tag)
+    }
+
+    fn uv(&self, i: usize, hit: &Hit, surface: &SurfacePoint, space: &ObjectSpace) -> SurfaceUv {
+        let (mesh, triangle) = self.part(i);
+        let uvs = mesh.uvs(triangle);
+        wrapped(surface, space).filter(|_| uvs.is_none()).unwrap_or_else(|| patch(mesh.corners(triangle), uvs, hit))
+    }
+
+    #[inline(always)]
+    fn gather(&self, i: usize, [u, v]: [f32; 2], lane: usize, lanes: &mut InteractionLanes) -> bool {
+        let (mesh, triangle) = self.part(i);
+        lanes.add_triangle(lane, mesh.corners(triangle), mesh.shading_normal(triangle, u, v));
+        true
+    }
+
+    fn area_shapes(&self, wanted: &dyn Fn(Tag) -> bool, visit: &mut dyn FnMut(usize, u32, Tag, AreaTriangle)) {
+        for mesh in self.meshes.iter().filter(|mesh| wanted(mesh.tag)) {
+            for triangle in 0..mesh.mesh.triangles.len() as u32 {
+                let shape = AreaTriangle::new(mesh.corners(triangle));
+                visit((mesh.first + triangle) as usize, 0, mesh.tag, shape);
+            }
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::tag::Tag;
 use crate::trace::simd::{Lanes, V3};
 
 /// A bound for the rounding error of a handful of operations, relative to the size of their operands: twice the
@@ -22,6 +23,25 @@ pub struct SurfacePoint {
     pub bent: bool,
     pub material: u32,
     pub entity: u32,
+}
+
+/// A point of a primitive, before it is known what that belongs to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BarePoint {
+    pub point: Vec3,
+    /// Unit, outwards.
+    pub normal: Vec3,
+    /// Bound of the rounding error of `point`, per axis.
+    pub error: Vec3,
+}
+
+impl BarePoint {
+    /// The point of a primitive that belongs to this.
+    #[inline(always)]
+    pub fn of(self, tag: Tag) -> SurfacePoint {
+        let (BarePoint { point, normal, error }, Tag { material, entity, .. }) = (self, tag);
+        SurfacePoint { point, error, geometric_normal: normal, shading_normal: normal, bent: false, material, entity }
+    }
 }
 
 /// Points side by side; as [`SurfacePoint`].

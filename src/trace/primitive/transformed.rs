@@ -1,98 +1,148 @@
-//! Shapes with an inside under an affine map, tested in their own space.
+//! Shapes with an inside under any affine map, tested in their own space.
 
-use glam::{DAffine3, Mat3, Vec3};
+use glam::{DAffine3, Vec3};
 
+use super::aabox::{BoxPrim, cube};
+use super::affine::AffineMap;
+use super::area::NoArea;
 use super::bounds::Bounds;
-use super::shapes::ConeFrustum;
+use super::closest_hit::ClosestHit;
+use super::column::PrimitiveShape;
+use super::cone::{ConeFrustum, offer_within, tube};
+use super::prepared_ray::PreparedRay;
+use super::sphere::{SpherePrim, globe};
+use super::surface::BarePoint;
+use super::tag::Sides;
+use super::uv::{SurfaceUv, UvPoint};
+use crate::trace::soa::{Hit, Ray};
 
-/// A shape that stands in its own space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LocalShape {
-    Sphere { center: Vec3, radius: f32 },
-    Box { min: Vec3, max: Vec3 },
-    Cone { base: Vec3, base_radius: f32, apex: Vec3, apex_radius: f32, capped: bool },
+/// What a shape with an inside provides in its own space.
+pub trait Solid {
+    /// Bounds in that space.
+    fn local_bounds(&self) -> Bounds;
+    /// Calls with every crossing at a distance above 0: distance, whether the ray enters, and a code that becomes `v` of
+    /// the hit.
+    fn crossings(&self, ray: &PreparedRay, found: &mut dyn FnMut(f32, bool, f32));
+    /// The point next to another, where a crossing had this code.
+    fn locate(&self, near: Vec3, code: f32) -> BarePoint;
+    /// Texture coordinates there; `normal` is unit, outwards.
+    fn local_uv(&self, point: Vec3, normal: Vec3, code: f32) -> SurfaceUv;
 }
 
-/// The same, ready to be tested.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PreparedShape {
-    Sphere { center: Vec3, radius: f32 },
-    Box { min: Vec3, max: Vec3 },
-    Cone(ConeFrustum),
+fn of_span(span: Option<[f32; 2]>, found: &mut dyn FnMut(f32, bool, f32)) {
+    let Some([near, far]) = span else { return };
+    if near > 0.0 {
+        found(near, true, 0.0);
+    }
+    if far > 0.0 {
+        found(far, false, 0.0);
+    }
 }
 
-/// An affine map between a local space and the world, with what rays, points and normals need of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AffineMap {
-    /// Where the local origin stands in the world.
-    pub anchor: Vec3,
-    pub to_world: Mat3,
-    pub to_local: Mat3,
-    /// Inverse transpose of `to_world`, up to a positive factor.
-    pub normals: Mat3,
+impl Solid for SpherePrim {
+    fn local_bounds(&self) -> Bounds {
+        self.bounds()
+    }
+    fn crossings(&self, ray: &PreparedRay, found: &mut dyn FnMut(f32, bool, f32)) {
+        of_span(self.span(ray), found);
+    }
+    fn locate(&self, near: Vec3, _: f32) -> BarePoint {
+        self.nearest(near)
+    }
+    fn local_uv(&self, point: Vec3, _: Vec3, _: f32) -> SurfaceUv {
+        globe(point - self.center)
+    }
 }
 
-impl AffineMap {
-    /// The map must be invertible.
-    pub fn new(to_world: &DAffine3) -> Self {
-        let m = to_world.matrix3;
-        let inverse = m.inverse();
-        AffineMap {
-            anchor: to_world.translation.as_vec3(),
-            to_world: m.as_mat3(),
-            to_local: inverse.as_mat3(),
-            normals: inverse.transpose().as_mat3(),
+impl Solid for BoxPrim {
+    fn local_bounds(&self) -> Bounds {
+        self.bounds()
+    }
+    fn crossings(&self, ray: &PreparedRay, found: &mut dyn FnMut(f32, bool, f32)) {
+        of_span(self.span(ray), found);
+    }
+    fn locate(&self, near: Vec3, _: f32) -> BarePoint {
+        self.nearest(near)
+    }
+    fn local_uv(&self, point: Vec3, normal: Vec3, _: f32) -> SurfaceUv {
+        cube(point, normal, self.min, self.max)
+    }
+}
+
+impl Solid for ConeFrustum {
+    fn local_bounds(&self) -> Bounds {
+        self.bounds()
+    }
+    fn crossings(&self, ray: &PreparedRay, found: &mut dyn FnMut(f32, bool, f32)) {
+        ConeFrustum::crossings(self, ray, |t, enters, part| found(t, enters, part.code()));
+    }
+    fn locate(&self, near: Vec3, code: f32) -> BarePoint {
+        self.nearest(near, code)
+    }
+    fn local_uv(&self, point: Vec3, _: Vec3, code: f32) -> SurfaceUv {
+        tube(point, code, self)
+    }
+}
+
+/// Lists the shapes that affine maps can be put to, once.
+macro_rules! solids {
+    ($( $Shape:ident: $Type:ty ),* $(,)?) => {
+        /// A shape in its own space.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum LocalShape { $( $Shape($Type) ),* }
+
+        impl LocalShape {
+            fn solid(&self) -> &dyn Solid {
+                match self { $( LocalShape::$Shape(shape) => shape ),* }
+            }
         }
-    }
+    };
+}
 
-    /// Bounds in the world of what has these bounds in local space.
-    pub fn bounds(&self, local: Bounds) -> Bounds {
-        let half = local.size() * 0.5;
-        let center = self.to_world * local.center() + self.anchor;
-        let extent = self.spread(half);
-        Bounds { min: center - extent, max: center + extent }.padded()
-    }
-
-    /// How far a local uncertainty reaches along the world's axes.
-    pub fn spread(&self, v: Vec3) -> Vec3 {
-        let m = self.to_world;
-        m.x_axis.abs() * v.x + m.y_axis.abs() * v.y + m.z_axis.abs() * v.z
-    }
+solids! {
+    Sphere: SpherePrim,
+    Box: BoxPrim,
+    Cone: ConeFrustum,
 }
 
 /// A shape under an affine map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TransformedShape {
-    pub shape: PreparedShape,
-    pub map: AffineMap,
+    shape: LocalShape,
+    map: AffineMap,
+    /// In the world: what its hits are held to, where an accelerator will look for them.
+    bounds: Bounds,
 }
 
 impl TransformedShape {
     pub fn new(shape: LocalShape, to_world: &DAffine3) -> Self {
-        let shape = match shape {
-            LocalShape::Sphere { center, radius } => PreparedShape::Sphere { center, radius },
-            LocalShape::Box { min, max } => PreparedShape::Box { min, max },
-            LocalShape::Cone { base, base_radius, apex, apex_radius, capped } => {
-                PreparedShape::Cone(ConeFrustum::new(base, base_radius, apex, apex_radius, capped))
-            }
-        };
-        TransformedShape { shape, map: AffineMap::new(to_world) }
-    }
-
-    pub fn bounds(&self) -> Bounds {
-        self.map.bounds(match self.shape {
-            PreparedShape::Sphere { center, radius } => Bounds { min: center - radius, max: center + radius },
-            PreparedShape::Box { min, max } => Bounds { min, max },
-            PreparedShape::Cone(cone) => cone_bounds(&cone),
-        })
+        let map = AffineMap::new(to_world);
+        TransformedShape { shape, map, bounds: map.bounds(shape.solid().local_bounds()) }
     }
 }
 
-pub fn cone_bounds(cone: &ConeFrustum) -> Bounds {
-    let apex = cone.base + cone.axis * cone.height;
-    let (r0, r1) = (cone.base_radius, cone.radius_at(cone.height).max(0.0));
-    // Half extent of a disk across the axis.
-    let across = (Vec3::ONE - cone.axis * cone.axis).max(Vec3::ZERO).map(f32::sqrt);
-    let base = Bounds { min: cone.base - across * r0, max: cone.base + across * r0 };
-    base.union(Bounds { min: apex - across * r1, max: apex + across * r1 }).padded()
+impl PrimitiveShape for TransformedShape {
+    const IS_SAMPLED: bool = false;
+    type Area = NoArea;
+
+    fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    fn intersect(&self, ray: &PreparedRay, sides: Sides, number: u32, closest: &mut ClosestHit) {
+        offer_within(&self.bounds, ray, sides, number, closest, |keep| {
+            let (local, per_unit) = self.map.local_ray(ray);
+            self.shape.solid().crossings(&local, &mut |t, enters, code| keep(t * per_unit, enters, code));
+        });
+    }
+
+    fn locate(&self, _: &Ray, near: impl Fn() -> Vec3, hit: &Hit) -> BarePoint {
+        let local = self.shape.solid().locate(self.map.local(near()), hit.v);
+        let (point, error) = self.map.world_point(local.point, local.error);
+        BarePoint { point, normal: self.map.world_normal(local.normal), error }
+    }
+
+    fn uv(&self, at: &UvPoint, hit: &Hit) -> SurfaceUv {
+        self.shape.solid().local_uv(at.local, at.normal, hit.v)
+    }
 }

@@ -59,7 +59,7 @@ impl<'a> ShadingInput<'a> {
             (states, ray, hits) = (wave.states().gather(&rays), wave.rays().gather(&rays), self.hits.gather(&rays));
         }
         let direction = ray.direction;
-        let points = context.geometry.surfaces(&ray, &hits).facing(direction);
+        let points = context.geometry.surface_points(&ray, &hits).facing(direction);
         states.cone.width = states.cone.width + states.cone.spread * hits.t;
         let trusted = points.shading_normal.dot(direction).lt(L::splat(-LEAST_FACING));
         ShadingBatch {

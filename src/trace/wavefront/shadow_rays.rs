@@ -48,7 +48,7 @@ pub fn trace_shadow_rays(
 fn visibility(context: RenderContext, mut ray: Ray, target: Vec3, sample: u32, worker: &mut Worker) -> f32 {
     let mut share = 1.0;
     while let Some(hit) = context.accelerator.closest(context.geometry, &ray, &mut worker.traversal) {
-        let surface = context.geometry.surface(&ray, &hit);
+        let surface = context.geometry.surface_point(&ray, &hit);
         share *= context.materials[surface.material as usize].transmission;
         let origin = surface.offset_origin(ray.direction);
         let rest = (target - origin).dot(ray.direction);

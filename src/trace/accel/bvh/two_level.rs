@@ -41,7 +41,7 @@ impl Bvh {
             let good = same.filter(|(_, tree)| !tree.is_outgrown(rays, count));
             good.map_or_else(|| Arc::new(Tree::build(model, count, rays)), |(_, tree)| tree.clone())
         };
-        let models: Vec<_> = geometry.models().iter().map(|model| (model.mesh.clone(), tree(model))).collect();
+        let models: Vec<_> = geometry.prototypes().iter().map(|model| (model.mesh.clone(), tree(model))).collect();
         let (layout, count) = (geometry.layout(), geometry.finite());
         let same = before.filter(|bvh| bvh.layout == layout && !bvh.world.is_outgrown(rays, count));
         let fitted = same.and_then(|bvh| bvh.world.refit(geometry));

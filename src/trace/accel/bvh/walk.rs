@@ -40,7 +40,7 @@ pub fn others<L: Wide, const ANY: bool>(
         if geometry.kind_of(n) == PrimitiveKind::Instance {
             cost += enter::<L, ANY>(bvh, geometry, n, probe, best, stack);
         } else {
-            geometry.test(n, probe, best);
+            geometry.intersect(n, probe, best);
             cost.tests += 1;
         }
     }
@@ -60,7 +60,7 @@ fn enter<L: Wide, const ANY: bool>(
     let instance = geometry.instance(number);
     let Some((local, scale, near)) = instance.enter(probe, best.t) else { return TraversalCost::default() };
     let scope = HitSpace::of_instance(number, geometry.tag(number).sides, scale, near);
-    scan::<L, ANY>(&bvh.models[instance.model as usize].1, &local, scope, best, stack, |_, _, _| {
+    scan::<L, ANY>(&bvh.models[instance.prototype as usize].1, &local, scope, best, stack, |_, _, _| {
         TraversalCost::default()
     })
 }

@@ -26,10 +26,10 @@ impl Grid {
         let known = before.map_or(&[][..], |grid| &grid.models);
         let pad = geometry.bounds().size().length() * PAD;
         // The pad in the space of each model: that of the world where its instances make it largest there.
-        let mut pads = vec![0.0f32; geometry.models().len()];
+        let mut pads = vec![0.0f32; geometry.prototypes().len()];
         for instance in geometry.instances() {
             let pad = pad * instance.map.to_local.to_cols_array().iter().map(|x| x * x).sum::<f32>().sqrt();
-            let most = &mut pads[instance.model as usize];
+            let most = &mut pads[instance.prototype as usize];
             *most = most.max(pad);
         }
         let nest = |(model, pad): (&MeshPrototype, f32)| {
@@ -39,7 +39,7 @@ impl Grid {
             let built = || Arc::new(build::nest(model, model.mesh.triangles.len() as u32, density, 2.0 * pad));
             (model.mesh.clone(), same.map_or_else(built, |(_, nest)| nest.clone()))
         };
-        let models = geometry.models().iter().zip(pads).map(nest).collect();
+        let models = geometry.prototypes().iter().zip(pads).map(nest).collect();
         Grid { world: build::nest(geometry, geometry.finite(), density, pad), models, width }
     }
 

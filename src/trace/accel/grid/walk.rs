@@ -41,13 +41,13 @@ pub fn other<L: Wide, const ANY: bool>(
     best: &mut ClosestHit,
 ) -> TraversalCost {
     if geometry.kind_of(number) != PrimitiveKind::Instance {
-        geometry.test(number, probe, best);
+        geometry.intersect(number, probe, best);
         return TraversalCost { steps: 0, tests: 1 };
     }
     let instance = geometry.instance(number);
     let Some((local, scale, near)) = instance.enter(probe, best.t) else { return TraversalCost::default() };
     let scope = HitSpace::of_instance(number, geometry.tag(number).sides, scale, near);
-    nest::<L, ANY>(&grid.models[instance.model as usize].1, &local, scope, best, |_, _| TraversalCost::default())
+    nest::<L, ANY>(&grid.models[instance.prototype as usize].1, &local, scope, best, |_, _| TraversalCost::default())
 }
 
 /// `others` tests a list of primitives of other kinds.

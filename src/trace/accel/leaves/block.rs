@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::trace::primitive::{Bounds, ConeFrustum, Geometry, MeshPrototype, PrimitiveKind, Tag};
+use crate::trace::primitive::{Bounds, BoxPrim, ConeFrustum, Geometry, MeshPrototype, PrimitiveKind, SpherePrim, Tag};
 use crate::trace::simd::{LANES, Wide};
 
 /// What a child of a node is, and where.
@@ -34,7 +34,7 @@ impl NodeKind {
             PrimitiveKind::Sphere => NodeKind::Spheres,
             PrimitiveKind::Box => NodeKind::Boxes,
             PrimitiveKind::Cone => NodeKind::Cones,
-            _ => NodeKind::List,
+            PrimitiveKind::Transformed | PrimitiveKind::Instance | PrimitiveKind::Plane => NodeKind::List,
         }
     }
 
@@ -329,8 +329,8 @@ impl SphereBlock {
     fn new<S: BuildInput>(source: &S, numbers: [u32; LANES], count: usize) -> Self {
         let mut block = SphereBlock { center: [[f32::NAN; LANES]; 3], radius: [f32::NAN; LANES], numbers };
         for (lane, n) in numbers.iter().enumerate().take(count) {
-            let [x, y, z, radius] = source.sphere(*n);
-            put(&mut block.center, lane, Vec3::new(x, y, z));
+            let SpherePrim { center, radius } = source.sphere(*n);
+            put(&mut block.center, lane, center);
             block.radius[lane] = radius;
             block.numbers[lane] = source.marked(*n);
         }
@@ -342,7 +342,7 @@ impl BoxBlock {
     fn new<S: BuildInput>(source: &S, numbers: [u32; LANES], count: usize) -> Self {
         let mut block = BoxBlock { min: [[f32::NAN; LANES]; 3], max: [[f32::NAN; LANES]; 3], numbers };
         for (lane, n) in numbers.iter().enumerate().take(count) {
-            let [min, max] = source.aabox(*n);
+            let BoxPrim { min, max } = source.aabox(*n);
             put(&mut block.min, lane, min);
             put(&mut block.max, lane, max);
             block.numbers[lane] = source.marked(*n);
@@ -390,8 +390,8 @@ pub trait BuildInput: Sync {
     fn triangle(&self, number: u32) -> ([Vec3; 3], u32);
     /// The number as a leaf keeps it.
     fn marked(&self, number: u32) -> u32;
-    fn sphere(&self, number: u32) -> [f32; 4];
-    fn aabox(&self, number: u32) -> [Vec3; 2];
+    fn sphere(&self, number: u32) -> SpherePrim;
+    fn aabox(&self, number: u32) -> BoxPrim;
     fn cone(&self, number: u32) -> ConeFrustum;
 }
 
@@ -419,10 +419,10 @@ impl BuildInput for Geometry {
     fn marked(&self, number: u32) -> u32 {
         mark(number, self.tag(number))
     }
-    fn sphere(&self, number: u32) -> [f32; 4] {
+    fn sphere(&self, number: u32) -> SpherePrim {
         self.sphere(number)
     }
-    fn aabox(&self, number: u32) -> [Vec3; 2] {
+    fn aabox(&self, number: u32) -> BoxPrim {
         self.aabox(number)
     }
     fn cone(&self, number: u32) -> ConeFrustum {
@@ -446,11 +446,11 @@ impl BuildInput for MeshPrototype {
     fn marked(&self, number: u32) -> u32 {
         number
     }
-    fn sphere(&self, _: u32) -> [f32; 4] {
-        [f32::NAN; 4]
+    fn sphere(&self, _: u32) -> SpherePrim {
+        SpherePrim { center: Vec3::NAN, radius: f32::NAN }
     }
-    fn aabox(&self, _: u32) -> [Vec3; 2] {
-        [Vec3::NAN; 2]
+    fn aabox(&self, _: u32) -> BoxPrim {
+        BoxPrim { min: Vec3::NAN, max: Vec3::NAN }
     }
     fn cone(&self, _: u32) -> ConeFrustum {
         ConeFrustum::new(Vec3::NAN, f32::NAN, Vec3::NAN, f32::NAN, false)

@@ -2,7 +2,10 @@
 
 use super::block::{BoxBlock, ConeBlock, Leaves, NO_BACK, NO_FRONT, NodeKind, NodeRef, SphereBlock, TriangleBlock};
 use crate::trace::counters::Counters;
-use crate::trace::primitive::{ClosestHit, ConeLanes, PARTS, PreparedRay, PreparedRayLanes, Sides, shapes};
+use crate::trace::primitive::{
+    ClosestHit, ConeLanes, PARTS, PreparedRay, PreparedRayLanes, Sides, intersect_box, intersect_cone,
+    intersect_sphere, intersect_triangle,
+};
 use crate::trace::simd::{LANES, V3, Wide, lanes};
 
 /// Whose triangles are met, and how distances there relate to those in the world.
@@ -81,7 +84,7 @@ fn triangles<L: Wide>(block: &TriangleBlock, beam: &PreparedRayLanes<L>, scope: 
     let [x, y, z] = beam.axes;
     let [a, b, c] = &block.corners;
     let corners = [load(a, [x, y, z]), load(b, [x, y, z]), load(c, [x, y, z])];
-    let Some(hits) = shapes::intersect_triangle(beam, corners) else { return };
+    let Some(hits) = intersect_triangle(beam, corners) else { return };
     let t = (hits.t * L::splat(scope.scale)).max(L::splat(scope.near));
     let met = L::bits(L::and(hits.hit, t.le(L::splat(best.t))));
     if met == 0 {
@@ -101,20 +104,20 @@ fn triangles<L: Wide>(block: &TriangleBlock, beam: &PreparedRayLanes<L>, scope: 
 
 #[inline(always)]
 fn spheres<L: Wide>(block: &SphereBlock, beam: &PreparedRayLanes<L>, best: &mut ClosestHit) {
-    let (met, spans) = shapes::intersect_sphere(beam, load(&block.center, [0, 1, 2]), L::load(&block.radius));
+    let (met, spans) = intersect_sphere(beam, load(&block.center, [0, 1, 2]), L::load(&block.radius));
     offer_spans(met, spans, &block.numbers, best);
 }
 
 #[inline(always)]
 fn boxes<L: Wide>(block: &BoxBlock, beam: &PreparedRayLanes<L>, best: &mut ClosestHit) {
-    let spans = shapes::intersect_box(beam, load(&block.min, [0, 1, 2]), load(&block.max, [0, 1, 2]));
+    let spans = intersect_box(beam, load(&block.min, [0, 1, 2]), load(&block.max, [0, 1, 2]));
     offer_spans(spans[0].le(spans[1]), spans, &block.numbers, best);
 }
 
 #[inline(always)]
 fn cones<L: Wide>(block: &ConeBlock, beam: &PreparedRayLanes<L>, best: &mut ClosestHit) {
     let (zero, limit) = (L::splat(0.0), L::splat(best.t));
-    let [near, far] = shapes::intersect_box(beam, load(&block.min, [0, 1, 2]), load(&block.max, [0, 1, 2]));
+    let [near, far] = intersect_box(beam, load(&block.min, [0, 1, 2]), load(&block.max, [0, 1, 2]));
     let open = L::and(near.le(far), L::and(zero.lt(far), near.le(limit)));
     if !L::any(open) {
         return;
@@ -127,7 +130,7 @@ fn cones<L: Wide>(block: &ConeBlock, beam: &PreparedRayLanes<L>, best: &mut Clos
         slope: L::load(&block.slope),
         capped: L::load(&block.capped),
     };
-    let crossings = shapes::intersect_cone(beam, &columns);
+    let crossings = intersect_cone(beam, &columns);
     for (crossing, part) in crossings.iter().zip(PARTS) {
         let t = crossing.t.max(near).min(far);
         let met = L::bits(L::and(L::and(open, crossing.met), t.le(limit)));

@@ -1,7 +1,10 @@
 //! Eight rays side by side against one primitive after the other.
 
 use crate::trace::accel::leaves::{ConeBlock, Leaves, NO_BACK, NO_FRONT, NodeKind, NodeRef};
-use crate::trace::primitive::{ClosestHit, ConeLanes, Geometry, PARTS, PreparedRayLanes, shapes};
+use crate::trace::primitive::{
+    ClosestHit, ConeLanes, Geometry, PARTS, PreparedRayLanes, intersect_box, intersect_cone, intersect_sphere,
+    intersect_triangle,
+};
 use crate::trace::simd::{LANES, V3, Wide, lanes};
 use crate::trace::soa::{HitLanes, RayLanes, Rays, contiguous};
 
@@ -137,7 +140,7 @@ impl<L: Wide> RayGroup<L> {
                 for lane in lanes(which) {
                     let lane = lane & (LANES - 1);
                     let (met, span) =
-                        shapes::intersect_sphere(&self.beam, pick(&block.center, lane), L::splat(block.radius[lane]));
+                        intersect_sphere(&self.beam, pick(&block.center, lane), L::splat(block.radius[lane]));
                     self.span::<ANY>(met, span, block.numbers[lane]);
                 }
             }
@@ -145,7 +148,7 @@ impl<L: Wide> RayGroup<L> {
                 let block = &leaves.boxes[child.index()];
                 for lane in lanes(which) {
                     let lane = lane & (LANES - 1);
-                    let span = shapes::intersect_box(&self.beam, pick(&block.min, lane), pick(&block.max, lane));
+                    let span = intersect_box(&self.beam, pick(&block.min, lane), pick(&block.max, lane));
                     self.span::<ANY>(span[0].le(span[1]), span, block.numbers[lane]);
                 }
             }
@@ -166,7 +169,7 @@ impl<L: Wide> RayGroup<L> {
         let a = V3 { x: L::splat(a[x][lane]), y: L::splat(a[y][lane]), z: L::splat(a[z][lane]) };
         let b = V3 { x: L::splat(b[x][lane]), y: L::splat(b[y][lane]), z: L::splat(b[z][lane]) };
         let c = V3 { x: L::splat(c[x][lane]), y: L::splat(c[y][lane]), z: L::splat(c[z][lane]) };
-        let Some(hits) = shapes::intersect_triangle(&self.beam, [a, b, c]) else { return };
+        let Some(hits) = intersect_triangle(&self.beam, [a, b, c]) else { return };
         let mut hit = hits.hit;
         if number & NO_FRONT != 0 {
             hit = L::and(hit, L::not(hits.front));
@@ -181,7 +184,7 @@ impl<L: Wide> RayGroup<L> {
     #[inline(always)]
     fn cone<const ANY: bool>(&mut self, block: &ConeBlock, lane: usize) {
         let zero = L::splat(0.0);
-        let [near, far] = shapes::intersect_box(&self.beam, pick(&block.min, lane), pick(&block.max, lane));
+        let [near, far] = intersect_box(&self.beam, pick(&block.min, lane), pick(&block.max, lane));
         let open = L::and(near.le(far), L::and(zero.lt(far), near.le(self.t)));
         if !L::any(open) {
             return;
@@ -194,7 +197,7 @@ impl<L: Wide> RayGroup<L> {
             slope: L::splat(block.slope[lane]),
             capped: L::splat(block.capped[lane]),
         };
-        let crossings = shapes::intersect_cone(&self.beam, &columns);
+        let crossings = intersect_cone(&self.beam, &columns);
         let number = block.numbers[lane];
         for (crossing, part) in crossings.iter().zip(PARTS) {
             let mut hit = L::and(open, crossing.met);

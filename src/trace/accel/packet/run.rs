@@ -133,7 +133,7 @@ const WAYS: usize = 6;
 /// Rays that are sorted together: neighbours in the wave stay near each other.
 const SORTED: usize = 512;
 
-/// Twice the axis along which each of eight rays mostly runs (see [`crate::trace::primitive::shapes::dominant`]), and
+/// Twice the axis along which each of eight rays mostly runs (see [`crate::trace::primitive::dominant`]), and
 /// one more if it runs down.
 #[inline(always)]
 fn ways<L: Wide>(rays: &Rays, first: usize) -> [f32; LANES] {

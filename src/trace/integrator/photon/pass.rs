@@ -138,8 +138,8 @@ const LEAST_COSINE: f32 = 1e-3;
 /// Whether there are primitives that emit light and cannot be sampled.
 fn shines_unasked(context: RenderContext) -> bool {
     let shines = |n: &u32| context.materials[context.geometry.tag(*n).material as usize].emission != Vec3::ZERO;
-    let unasked = [PrimitiveKind::Cone, PrimitiveKind::TransformedShape, PrimitiveKind::Plane];
+    let unsampled = PrimitiveKind::ALL.into_iter().filter(|kind| !kind.is_sampled());
     context.materials.iter().any(|material| material.emission != Vec3::ZERO)
         && (context.lights.emitters().len() >= limits::EMITTERS
-            || unasked.into_iter().any(|kind| context.geometry.range(kind).any(|n| shines(&n))))
+            || unsampled.clone().any(|kind| context.geometry.range(kind).any(|n| shines(&n))))
 }

@@ -136,7 +136,7 @@ impl<'a> PhotonTracer<'a> {
         if state.medium != NO_MEDIUM {
             state.throughput *= context.materials[state.medium as usize].transmittance(hit.t);
         }
-        let mut surface = context.geometry.surface(&ray, hit);
+        let mut surface = context.geometry.surface_point(&ray, hit);
         let mut material = &context.materials[surface.material as usize];
         state.cone = state.cone.at(hit.t);
         let textured = context.textures.evaluate(context.geometry, (&ray, hit), state.cone, &mut surface, material);

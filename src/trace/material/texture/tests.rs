@@ -6,7 +6,7 @@ use super::*;
 use crate::components::{Accel, Axes, Material, MeshData, MipMap, Pattern, TexelFilter, Texels, Texture};
 use crate::trace::accel::{Accelerator, TraversalScratch};
 use crate::trace::material::ShadingParams;
-use crate::trace::primitive::{AffineMap, Geometry, LocalShape, ObjectSpace, SurfacePoint, Tag};
+use crate::trace::primitive::{AffineMap, ConeFrustum, Geometry, LocalShape, ObjectSpace, SurfacePoint, Tag};
 use crate::trace::soa::Ray;
 
 fn plain() -> ShadingParams {
@@ -60,7 +60,7 @@ impl TexturedScene {
     fn look(&self, from: Vec3, to: Vec3, spread: f32) -> Option<(Vec3, SurfacePoint)> {
         let ray = Ray::new(from, (to - from).normalize());
         let hit = self.accelerator.closest(&self.geometry, &ray, &mut TraversalScratch::default())?;
-        let mut surface = self.geometry.surface(&ray, &hit);
+        let mut surface = self.geometry.surface_point(&ray, &hit);
         let cone = RayCone { width: 0.0, spread }.at(hit.t);
         let found = self.skins.evaluate(&self.geometry, (&ray, &hit), cone, &mut surface, &plain());
         Some((found.unwrap().diffuse, surface))
@@ -78,7 +78,7 @@ fn entities_without_maps_pay_nothing_and_change_nothing() {
     let model = TexturedScene::floor(TextureSet::default());
     let ray = Ray::new(Vec3::Y, Vec3::NEG_Y);
     let hit = model.accelerator.closest(&model.geometry, &ray, &mut TraversalScratch::default()).unwrap();
-    let mut surface = model.geometry.surface(&ray, &hit);
+    let mut surface = model.geometry.surface_point(&ray, &hit);
     let before = surface;
     let dressed =
         TextureBindings::default().evaluate(&model.geometry, (&ray, &hit), RayCone::default(), &mut surface, &plain());
@@ -180,7 +180,7 @@ fn bumps_never_turn_a_normal_away() {
     let corners = [Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, -1.0, 0.0), Vec3::new(0.0, 1.0, 0.0)];
     let normals = corners.map(|p| p + Vec3::Z * 2.0);
     let mesh = Arc::new(MeshData::new(corners.to_vec(), vec![[0, 1, 2]], normals.to_vec()));
-    let cone = LocalShape::Cone { base: Vec3::NEG_Y, base_radius: 1.0, apex: Vec3::Y, apex_radius: 0.0, capped: true };
+    let cone = LocalShape::Cone(ConeFrustum::new(Vec3::NEG_Y, 1.0, Vec3::Y, 0.0, true));
     let kinds: [&dyn Fn(&mut Geometry); 7] = [
         &|g| g.push_sphere(tag, Vec3::ZERO, 1.0),
         &|g| g.push_triangle(tag, corners, Some(normals)),
