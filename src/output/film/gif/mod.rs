@@ -257,8 +257,5 @@ fn with_clear(colors: &[[u8; 3]]) -> Vec<u8> {
 }
 
 fn plain(error: EncodingError) -> Error {
-    match error {
-        EncodingError::Io(error) => error,
-        other => Error::other(other),
-    }
+    if let EncodingError::Io(error) = error { error } else { Error::other(error) }
 }
