@@ -286,7 +286,9 @@ mod on_unix {
                     let wanted = CARD[(x / 8 + (index + 1) * (y / 8)) % 8];
                     let found = &pixels[3 * (y * width + x)..][..3];
                     let apart = (0..3).map(|i| wanted[i].abs_diff(found[i])).max().unwrap();
-                    let most = if wanted[0] == wanted[1] && wanted[1] == wanted[2] { 1 } else { 8 };
+                    // Small fields beside others: a lossy codec moves greys as it moves colours there.
+                    let is_exact = ["a.y4m", "a.gif"].contains(&name);
+                    let most = if is_exact && wanted[0] == wanted[1] && wanted[1] == wanted[2] { 1 } else { 8 };
                     assert!(apart <= most, "{name} {index} {x} {y}: {wanted:?} {found:?}");
                 }
             }

@@ -8,7 +8,7 @@ use crate::base::digest::{Digest, Hasher};
 use crate::base::rate::Rate;
 use crate::base::{files, limits};
 use crate::output::film::{
-    Codec, FilmFrame, FilmOptions, FilmSpec, FilmWriter, GifPalette, PaletteChoice, PaletteFinder, left_out,
+    FilmFrame, FilmOptions, FilmSpec, FilmWriter, GifPalette, PaletteChoice, PaletteFinder, VideoCodec, left_out,
 };
 use crate::output::{FilmFormat, Metadata};
 use crate::shot::plan::ranges;
@@ -53,7 +53,7 @@ impl Job {
     }
 
     /// What ffmpeg has to be able to do, as far as that is known before the first frame.
-    pub fn codec(&self) -> Option<Codec> {
+    pub fn codec(&self) -> Option<VideoCodec> {
         self.options.codec.or(self.format.codec(false))
     }
 

@@ -4,7 +4,7 @@ use super::wrong;
 use crate::base::diagnostics::{Diagnostics, suggestion};
 use crate::base::rate::Rate;
 use crate::output::FilmFormat;
-use crate::output::film::{Codec, FilmOptions, PaletteChoice, PlaneFormat};
+use crate::output::film::{FilmOptions, PaletteChoice, PlaneFormat, VideoCodec};
 
 #[derive(Default, clap::Args)]
 pub struct FilmOptionArguments {
@@ -22,7 +22,7 @@ pub struct FilmOptionArguments {
     no_dither: bool,
     /// h264, h265, vp9 or prores [default: h264; vp9 for .webm; prores for .mov with alpha]
     #[arg(long, value_name = "NAME", value_parser = parse_codec)]
-    codec: Option<Codec>,
+    codec: Option<VideoCodec>,
     /// Quality of h264, h265 and vp9: lower is better and larger [default: 18, 20, 24]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=63))]
     crf: Option<u32>,
@@ -57,8 +57,8 @@ fn one_of(text: &str, names: &[&str]) -> String {
     suggestion(text, names.iter().copied()).unwrap_or_default()
 }
 
-fn parse_codec(text: &str) -> Result<Codec, String> {
-    Codec::parse(text).ok_or_else(|| one_of(text, &Codec::NAMES))
+fn parse_codec(text: &str) -> Result<VideoCodec, String> {
+    VideoCodec::parse(text).ok_or_else(|| one_of(text, &VideoCodec::NAMES))
 }
 
 fn parse_planes(text: &str) -> Result<PlaneFormat, String> {
@@ -93,7 +93,7 @@ impl FilmOptionArguments {
             return refuse("--pixel-format", "it is for .y4m, .mp4, .webm and .mov; the others store RGB");
         }
         if let Some(codec) = self.codec.filter(|codec| !codec.suits(format)) {
-            let suited: Vec<&str> = Codec::ALL.iter().filter(|c| c.suits(format)).map(|c| c.name()).collect();
+            let suited: Vec<&str> = VideoCodec::ALL.iter().filter(|c| c.suits(format)).map(|c| c.name()).collect();
             let message = format!("a .{ending} film cannot be compressed by {}", codec.name());
             return Err(wrong(message, &format!("it can be by {}", suited.join(", "))));
         }
@@ -107,11 +107,11 @@ impl FilmOptionArguments {
             let message = format!("{} cannot store {}", codec.name(), planes.name());
             return Err(wrong(message, &format!("it can store {}", taken.join(", "))));
         }
-        if self.crf.is_some() && self.codec == Some(Codec::Prores) {
+        if self.crf.is_some() && self.codec == Some(VideoCodec::Prores) {
             return Err(wrong("--crf does not concern prores".into(), "its quality is that of its profile"));
         }
         if let Some(crf) = self.crf.filter(|crf| *crf > 51)
-            && self.codec.or(format.codec(false)) != Some(Codec::Vp9)
+            && self.codec.or(format.codec(false)) != Some(VideoCodec::Vp9)
         {
             return Err(wrong(format!("--crf {crf}: h264 and h265 go from 0 to 51"), "0 is the best"));
         }
@@ -142,10 +142,10 @@ mod tests {
         assert!(said(crf(60), FilmFormat::Mp4).contains("0 to 51"));
         assert!(crf(60).resolve(FilmFormat::Webm).is_ok());
         let codec = |codec| FilmOptionArguments { codec: Some(codec), ..none() };
-        assert!(said(codec(Codec::Prores), FilmFormat::Mp4).contains("it can be by h264, h265"));
+        assert!(said(codec(VideoCodec::Prores), FilmFormat::Mp4).contains("it can be by h264, h265"));
         assert!(said(FilmOptionArguments { no_dither: true, ..none() }, FilmFormat::Webp).contains("--no-dither"));
         assert!(said(FilmOptionArguments { plays: Some(2), ..none() }, FilmFormat::Mp4).contains("--plays"));
-        let planes = FilmOptionArguments { pixel_format: PlaneFormat::parse("yuv420p"), ..codec(Codec::Prores) };
+        let planes = FilmOptionArguments { pixel_format: PlaneFormat::parse("yuv420p"), ..codec(VideoCodec::Prores) };
         assert!(said(planes, FilmFormat::Mov).contains("yuv422p10, yuv444p10"));
         assert!(parse_codec("h256").unwrap_err().contains("did you mean"));
         assert_eq!((parse_plays("forever"), parse_plays("3")), (Ok(0), Ok(3)));

@@ -9,7 +9,7 @@ use ::png::{BitDepth, ColorType, Compression, Encoder};
 
 use super::super::png::chunks::{self, write_chunk as chunk, write_itxt};
 use super::frame::{FilmFrame, FramePixels, FrameRect, changed_part, part_of};
-use super::{FilmEncoder, FilmSpec};
+use super::spec::{FilmEncoder, FilmSpec};
 
 /// Browsers cut delays down to whole thousandths of a second; so that a film keeps its time, they are given those.
 const PARTS: u32 = 1000;

@@ -13,23 +13,14 @@ use std::thread::JoinHandle;
 use super::frame::FilmFrame;
 use super::info::read_film_info;
 use super::planes::{Chroma, PlaneFormat};
-use super::{FilmEncoder, FilmFormat, FilmOptions, FilmSpec, lines_of};
+use super::spec::{FilmEncoder, FilmFormat, FilmOptions, FilmSpec, VideoCodec, lines_of};
 use crate::base::diagnostics::{Cause, Diagnostic};
 
-/// How pictures are compressed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Codec {
-    H264,
-    H265,
-    Vp9,
-    Prores,
-}
-
-impl Codec {
-    pub const ALL: [Codec; 4] = [Codec::H264, Codec::H265, Codec::Vp9, Codec::Prores];
+impl VideoCodec {
+    pub const ALL: [VideoCodec; 4] = [VideoCodec::H264, VideoCodec::H265, VideoCodec::Vp9, VideoCodec::Prores];
     pub const NAMES: [&str; 4] = ["h264", "h265", "vp9", "prores"];
 
-    pub fn parse(name: &str) -> Option<Codec> {
+    pub fn parse(name: &str) -> Option<VideoCodec> {
         Self::NAMES.iter().position(|known| known.eq_ignore_ascii_case(name)).map(|i| Self::ALL[i])
     }
 
@@ -40,33 +31,33 @@ impl Codec {
     /// What ffmpeg calls its encoder.
     fn encoder(self) -> &'static str {
         match self {
-            Codec::H264 => "libx264",
-            Codec::H265 => "libx265",
-            Codec::Vp9 => "libvpx-vp9",
-            Codec::Prores => "prores_ks",
+            VideoCodec::H264 => "libx264",
+            VideoCodec::H265 => "libx265",
+            VideoCodec::Vp9 => "libvpx-vp9",
+            VideoCodec::Prores => "prores_ks",
         }
     }
 
     /// Whether films of a format may be compressed so.
     pub fn suits(self, format: FilmFormat) -> bool {
         match format {
-            FilmFormat::Mp4 => matches!(self, Codec::H264 | Codec::H265),
-            FilmFormat::Mov => self != Codec::Vp9,
-            FilmFormat::Webm => self == Codec::Vp9,
+            FilmFormat::Mp4 => matches!(self, VideoCodec::H264 | VideoCodec::H265),
+            FilmFormat::Mov => self != VideoCodec::Vp9,
+            FilmFormat::Webm => self == VideoCodec::Vp9,
             FilmFormat::Apng | FilmFormat::Gif | FilmFormat::Webp | FilmFormat::Y4m => false,
         }
     }
 
     pub fn holds_alpha(self) -> bool {
-        matches!(self, Codec::Vp9 | Codec::Prores)
+        matches!(self, VideoCodec::Vp9 | VideoCodec::Prores)
     }
 
     /// The planes unless the user asks for others.
     pub fn planes(self, alpha: bool) -> PlaneFormat {
         match self {
-            Codec::Prores if alpha => PlaneFormat { chroma: Chroma::Full, bits: 10, alpha },
-            Codec::Prores => PlaneFormat { chroma: Chroma::Half, bits: 10, alpha },
-            Codec::H264 | Codec::H265 | Codec::Vp9 => {
+            VideoCodec::Prores if alpha => PlaneFormat { chroma: Chroma::Full, bits: 10, alpha },
+            VideoCodec::Prores => PlaneFormat { chroma: Chroma::Half, bits: 10, alpha },
+            VideoCodec::H264 | VideoCodec::H265 | VideoCodec::Vp9 => {
                 PlaneFormat { alpha: alpha && self.holds_alpha(), ..PlaneFormat::USUAL }
             }
         }
@@ -75,25 +66,25 @@ impl Codec {
     /// Whether the planes can be compressed so.
     pub fn takes(self, planes: PlaneFormat) -> bool {
         match self {
-            Codec::H264 | Codec::H265 => !planes.alpha,
-            Codec::Vp9 => !planes.alpha || planes == PlaneFormat { alpha: true, ..PlaneFormat::USUAL },
-            Codec::Prores => planes.bits == 10 && planes.chroma != Chroma::Quarter,
+            VideoCodec::H264 | VideoCodec::H265 => !planes.alpha,
+            VideoCodec::Vp9 => !planes.alpha || planes == PlaneFormat { alpha: true, ..PlaneFormat::USUAL },
+            VideoCodec::Prores => planes.bits == 10 && planes.chroma != Chroma::Quarter,
         }
     }
 
     fn options(self, crf: Option<u32>, planes: PlaneFormat) -> Vec<String> {
         let crf = |usual: u32| crf.unwrap_or(usual).to_string();
         let text = match self {
-            Codec::H264 => format!("-preset medium -crf {}", crf(18)),
-            Codec::H265 => format!("-preset medium -crf {} -tag:v hvc1 -x265-params log-level=error", crf(20)),
-            Codec::Vp9 => {
+            VideoCodec::H264 => format!("-preset medium -crf {}", crf(18)),
+            VideoCodec::H265 => format!("-preset medium -crf {} -tag:v hvc1 -x265-params log-level=error", crf(20)),
+            VideoCodec::Vp9 => {
                 // With alpha the encoder must not reorder frames.
                 let alpha = if planes.alpha { " -auto-alt-ref 0" } else { "" };
                 format!("-b:v 0 -crf {} -deadline good -cpu-used 2 -row-mt 1{alpha}", crf(24))
             }
-            Codec::Prores if planes.alpha => "-profile:v 4444 -alpha_bits 16 -vendor apl0".to_string(),
-            Codec::Prores if planes.chroma == Chroma::Full => "-profile:v 4444 -vendor apl0".to_string(),
-            Codec::Prores => "-profile:v hq -vendor apl0".to_string(),
+            VideoCodec::Prores if planes.alpha => "-profile:v 4444 -alpha_bits 16 -vendor apl0".to_string(),
+            VideoCodec::Prores if planes.chroma == Chroma::Full => "-profile:v 4444 -vendor apl0".to_string(),
+            VideoCodec::Prores => "-profile:v hq -vendor apl0".to_string(),
         };
         text.split(' ').map(str::to_string).collect()
     }
@@ -103,7 +94,7 @@ impl Codec {
 ///
 /// # Errors
 /// What is missing, how it is installed, and what does without.
-pub fn available(codec: Codec, film: &Path) -> std::result::Result<(), Diagnostic> {
+pub fn available(codec: VideoCodec, film: &Path) -> std::result::Result<(), Diagnostic> {
     let without = "or write .apng, .gif, .webp or .y4m, which need nothing";
     let wrong = |what: String, help: String| Err(Diagnostic::error(what).help(help).because(Cause::Io));
     let found = Command::new("ffmpeg").args(["-hide_banner", "-encoders"]).stdin(Stdio::null()).output();
@@ -154,7 +145,7 @@ const SHOWN: usize = 4;
 impl FfmpegEncoder {
     /// Starts ffmpeg, which writes the film to `film`, whatever that is called.
     pub fn start(film: &Path, format: FilmFormat, spec: &FilmSpec, options: &FilmOptions) -> Result<Self> {
-        let codec = options.codec.or(format.codec(spec.alpha)).unwrap_or(Codec::H264);
+        let codec = options.codec.or(format.codec(spec.alpha)).unwrap_or(VideoCodec::H264);
         let planes = options.planes.unwrap_or_else(|| codec.planes(spec.alpha));
         let size = planes.padded(spec.size);
         let mut command = Command::new("ffmpeg");
@@ -193,7 +184,7 @@ fn collected(mut errors: impl Read) -> String {
 
 fn arguments(
     format: FilmFormat,
-    codec: Codec,
+    codec: VideoCodec,
     planes: PlaneFormat,
     [width, height]: [u32; 2],
     spec: &FilmSpec,
@@ -274,8 +265,8 @@ mod tests {
 
     #[test]
     fn every_codec_takes_its_own_planes_and_suits_its_formats() {
-        for codec in Codec::ALL {
-            assert_eq!(Codec::parse(&codec.name().to_uppercase()), Some(codec));
+        for codec in VideoCodec::ALL {
+            assert_eq!(VideoCodec::parse(&codec.name().to_uppercase()), Some(codec));
             for alpha in [false, true] {
                 assert!(codec.takes(codec.planes(alpha)), "{codec:?} {alpha}");
                 assert!(!codec.planes(alpha).alpha || codec.holds_alpha());
@@ -286,15 +277,23 @@ mod tests {
                 assert!(format.codec(alpha).is_none_or(|codec| codec.suits(format)), "{format:?}");
             }
         }
-        assert!(!Codec::Prores.takes(PlaneFormat::USUAL) && !Codec::H264.takes(Codec::Prores.planes(true)));
+        assert!(
+            !VideoCodec::Prores.takes(PlaneFormat::USUAL) && !VideoCodec::H264.takes(VideoCodec::Prores.planes(true))
+        );
     }
 
     #[test]
     fn the_stream_is_marked_on_both_ways_and_the_rate_is_a_fraction() {
         let spec = super::super::tests::spec(5, 3, 2);
         let planes = PlaneFormat::USUAL;
-        let all =
-            arguments(FilmFormat::Mp4, Codec::H264, planes, planes.padded(spec.size), &spec, &FilmOptions::default());
+        let all = arguments(
+            FilmFormat::Mp4,
+            VideoCodec::H264,
+            planes,
+            planes.padded(spec.size),
+            &spec,
+            &FilmOptions::default(),
+        );
         let all = all.join(" ");
         for part in [
             "-pixel_format yuv420p -video_size 6x4 -framerate 24000/1001 -i pipe:0",

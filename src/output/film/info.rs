@@ -9,7 +9,8 @@ use std::path::Path;
 
 use super::super::Metadata;
 use super::super::png::chunks::text_entry;
-use super::{metadata_of, xmp, y4m};
+use super::spec::metadata_of;
+use super::{xmp, y4m};
 use crate::base::diagnostics::Diagnostic;
 
 /// What is known of a film from its file alone.

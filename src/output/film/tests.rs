@@ -3,6 +3,7 @@
 use std::io::Cursor;
 
 use super::*;
+use crate::base::rate::Rate;
 
 /// A film of so many frames at 24000/1001 frames a second that plays for ever.
 pub fn spec(width: u32, height: u32, frames: u64) -> FilmSpec {

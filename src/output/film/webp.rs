@@ -8,7 +8,8 @@ use std::io::{Error, Result, Seek, SeekFrom, Write};
 use image_webp::{ColorType, WebPEncoder};
 
 use super::frame::{FilmFrame, FrameRect, changed_part, part_of};
-use super::{FilmEncoder, FilmSpec, xmp};
+use super::spec::{FilmEncoder, FilmSpec};
+use super::xmp;
 
 /// Delays are in thousandths of a second.
 const PARTS: u32 = 1000;

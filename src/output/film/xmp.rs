@@ -1,7 +1,7 @@
 //! What a film says of its making as an XMP packet: an RDF description whose text is the metadata, a line each.
 
 use super::super::Metadata;
-use super::{lines_of, metadata_of};
+use super::spec::{lines_of, metadata_of};
 
 const BEFORE: &str = "<dc:description><rdf:Alt><rdf:li xml:lang=\"x-default\">";
 const AFTER: &str = "</rdf:li></rdf:Alt></dc:description>";

@@ -7,7 +7,7 @@ use std::io::{Read, Result, Write};
 
 use super::frame::FilmFrame;
 use super::planes::{Chroma, PlaneFormat};
-use super::{FilmEncoder, FilmSpec, lines_of};
+use super::spec::{FilmEncoder, FilmSpec, lines_of};
 use crate::base::limits;
 
 /// The longest header with its end of line.

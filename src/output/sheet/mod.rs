@@ -3,7 +3,7 @@
 mod scale;
 mod text;
 
-use super::film::{FilmFrame, FramePixels};
+use super::film::FilmFrame;
 use crate::base::color::{srgb_byte, srgb_decode};
 use crate::base::{font, limits};
 
@@ -161,25 +161,10 @@ impl Canvas {
     }
 }
 
-/// The pixels of a frame in linear light, alpha in front of a colour.
-fn linear(frame: &FilmFrame, behind: [f32; 3]) -> Vec<[f32; 3]> {
-    let over = |color: [f32; 3], alpha: f32| std::array::from_fn(|i| behind[i] + (color[i] - behind[i]) * alpha);
-    match &frame.pixels {
-        FramePixels::Bytes(pixels) => {
-            let table: Vec<f32> = (0..=255).map(decode).collect();
-            let value = |x: u8| table[usize::from(x)];
-            pixels.iter().map(|[r, g, b, a]| over([*r, *g, *b].map(value), f32::from(*a) / 255.0)).collect()
-        }
-        FramePixels::Words(pixels) => {
-            let value = |x: u16| srgb_decode(f32::from(x) / 65_535.0);
-            pixels.iter().map(|[r, g, b, a]| over([*r, *g, *b].map(value), f32::from(*a) / 65_535.0)).collect()
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::output::film::FramePixels;
 
     fn plain(width: u32, height: u32, color: [u8; 4]) -> FilmFrame {
         let pixels = FramePixels::Bytes(vec![color; (width * height) as usize]);

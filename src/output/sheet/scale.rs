@@ -1,8 +1,7 @@
 //! Smaller pictures: each pixel is the mean of what it covers, in linear light.
 
-use super::super::film::FilmFrame;
-use super::linear;
-use crate::base::color::srgb_byte;
+use super::super::film::{FilmFrame, FramePixels};
+use crate::base::color::{srgb_byte, srgb_decode};
 
 /// A picture at a size that is not larger than its own, in front of a linear colour.
 pub fn shrunk(picture: &FilmFrame, size: [u32; 2], behind: [f32; 3]) -> Vec<[u8; 3]> {
@@ -42,9 +41,24 @@ fn shares(length: usize, parts: usize) -> Vec<(usize, Vec<f32>)> {
     (0..parts).map(part).collect()
 }
 
+/// The pixels of a frame in linear light, alpha in front of a colour.
+fn linear(frame: &FilmFrame, behind: [f32; 3]) -> Vec<[f32; 3]> {
+    let over = |color: [f32; 3], alpha: f32| std::array::from_fn(|i| behind[i] + (color[i] - behind[i]) * alpha);
+    match &frame.pixels {
+        FramePixels::Bytes(pixels) => {
+            let table: Vec<f32> = (0..=255u8).map(|byte| srgb_decode(f32::from(byte) / 255.0)).collect();
+            let value = |x: u8| table[usize::from(x)];
+            pixels.iter().map(|[r, g, b, a]| over([*r, *g, *b].map(value), f32::from(*a) / 255.0)).collect()
+        }
+        FramePixels::Words(pixels) => {
+            let value = |x: u16| srgb_decode(f32::from(x) / 65_535.0);
+            pixels.iter().map(|[r, g, b, a]| over([*r, *g, *b].map(value), f32::from(*a) / 65_535.0)).collect()
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::super::film::FramePixels;
     use super::*;
 
     #[test]

@@ -14,7 +14,7 @@ use std::io::{Error, Result, Write};
 use ::gif::{DisposalMethod, Encoder, EncodingError, Extension, Frame, Repeat};
 
 use super::frame::{FilmFrame, FrameRect, changed_part, part_of};
-use super::{FilmEncoder, FilmSpec, lines_of};
+use super::spec::{FilmEncoder, FilmSpec, PaletteChoice, lines_of};
 use dither::Ditherer;
 use palette::{CellMean, ColorCounter, mean_error};
 
@@ -39,15 +39,6 @@ pub enum GifPalette {
     /// The same for all frames.
     Shared(Vec<[u8; 3]>),
     /// Others in each frame.
-    PerFrame,
-}
-
-/// What the user asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PaletteChoice {
-    /// Shared unless colours lose too much by it.
-    Auto,
-    Shared,
     PerFrame,
 }
 
