@@ -16,7 +16,7 @@
 //! | [`systems`] | plain functions over the hecs World: spawn animate hierarchy lights extract accelerate render |
 //! | [`script`] | Rhai engine and API; time, easing, keyframes; emits edits as data |
 //! | [`load`] | RON, NFF, P3F, OBJ, PLY, images -> one resolved scene, with diagnostics; scenes -> RON |
-//! | [`output`] | PNG and EXR with metadata, frame names, manifests, what is there already, atomic writes |
+//! | [`output`] | PNG and EXR with metadata, films, sheets, frame names, manifests, what is there already, atomic writes |
 //! | [`trace`] | the kernel: columns of primitives, accelerators, SIMD, materials, textures, lights, integrators, samplers |
 //! | [`film`] | linear pixels and layers: accumulate, filter, denoise, expose and tone map |
 //! | [`components`] | what an entity can carry; the scene and its edits as plain data |
