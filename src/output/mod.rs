@@ -13,6 +13,7 @@ mod layered;
 pub mod manifest;
 pub mod metadata;
 pub mod names;
+mod parts;
 mod png;
 pub mod sheet;
 mod small_png;
@@ -20,10 +21,9 @@ mod state;
 
 pub use film::FilmFormat;
 pub use format::{Decoded, Format, PictureHeader};
-pub use layered::{
-    ChannelSamples, ColorEncoding, LayeredPicture, PictureChannel, PicturePart, PixelWindow, read_layered,
-};
+pub use layered::read_layered;
 pub use metadata::{Metadata, Provenance, frame_metadata, provenance_metadata};
+pub use parts::{ChannelSamples, ColorEncoding, LayeredPicture, PictureChannel, PicturePart, PixelWindow};
 pub use png::encode_rgb8;
 pub use small_png::{PngPixels, compressed_note_bytes, encode_small_png, small_png_of};
 pub use state::{FileState, inspect, relabelled};

@@ -7,10 +7,10 @@ use crate::base::limits;
 
 /// A label before its values are known.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LabelTemplate(Vec<Piece>);
+pub struct LabelTemplate(Vec<LabelPiece>);
 
 #[derive(Clone, Debug, PartialEq)]
-enum Piece {
+enum LabelPiece {
     Text(String),
     Name { name: String, form: Form },
 }
@@ -50,14 +50,14 @@ impl LabelTemplate {
             let end = behind.find('}').filter(|_| brace == "{");
             let end = end.ok_or_else(|| format!("`{brace}` stands alone; write `{brace}{brace}` for a brace"))?;
             if !plain.is_empty() {
-                pieces.push(Piece::Text(std::mem::take(&mut plain)));
+                pieces.push(LabelPiece::Text(std::mem::take(&mut plain)));
             }
             pieces.push(name(&behind[..end])?);
             rest = &behind[end + 1..];
         }
         plain.push_str(rest);
         if !plain.is_empty() {
-            pieces.push(Piece::Text(plain));
+            pieces.push(LabelPiece::Text(plain));
         }
         Ok(LabelTemplate(pieces))
     }
@@ -75,8 +75,8 @@ impl LabelTemplate {
         let mut label = String::new();
         for piece in &self.0 {
             match piece {
-                Piece::Text(text) => label.push_str(text),
-                Piece::Name { name, form } => {
+                LabelPiece::Text(text) => label.push_str(text),
+                LabelPiece::Name { name, form } => {
                     let known = values.iter().find(|(known, _)| known == name);
                     let (_, value) = known.ok_or_else(|| {
                         let names = values.iter().map(|(name, _)| name.as_str());
@@ -92,7 +92,7 @@ impl LabelTemplate {
 }
 
 /// `name`, `name:.2`, `name:04` or `name:06.2`.
-fn name(text: &str) -> Result<Piece, String> {
+fn name(text: &str) -> Result<LabelPiece, String> {
     let (name, form) = text.split_once(':').unwrap_or((text, ""));
     let (width, decimals) = form.split_once('.').map_or((form, None), |(width, decimals)| (width, Some(decimals)));
     let number = |digits: &str| digits.parse().ok().filter(|n| *n <= MOST_DIGITS);
@@ -104,7 +104,7 @@ fn name(text: &str) -> Result<Piece, String> {
         width: if width.is_empty() { 0 } else { number(width).ok_or_else(wrong)? },
         decimals: decimals.map(|digits| number(digits).ok_or_else(wrong)).transpose()?,
     };
-    Ok(Piece::Name { name: name.trim().to_string(), form })
+    Ok(LabelPiece::Name { name: name.trim().to_string(), form })
 }
 
 impl Form {

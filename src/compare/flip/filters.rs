@@ -1,8 +1,23 @@
 //! The filters of FLIP, and a band of a picture that they are applied to.
 
 use super::color::opponent;
-use super::{Pixels, Rows};
 use crate::base::limits;
+
+/// Colours of a picture, row by row from the top, `width` to a row.
+#[derive(Clone, Copy)]
+pub struct Pixels<'a> {
+    pub width: usize,
+    pub colors: &'a [[f32; 3]],
+}
+
+impl Pixels<'_> {
+    pub fn height(&self) -> usize {
+        self.colors.len() / self.width.max(1)
+    }
+}
+
+/// Rows of a band: the first one, and the one behind the last.
+pub type Rows = (usize, usize);
 
 /// Weights of the filters that blur as the eye does: of the achromatic and the red-green channel, and the two Gaussians
 /// whose sum is that of the blue-yellow channel.

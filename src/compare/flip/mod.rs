@@ -17,7 +17,7 @@ pub mod magma;
 use rayon::prelude::*;
 
 use color::{DISTANCE_POWER, aces, almost_white, decoded, hyab, largest_distance, perceived, positive};
-use filters::{FeatureFilters, Planes, SpatialFilters};
+use filters::{FeatureFilters, Pixels, Planes, Rows, SpatialFilters};
 
 use crate::base::limits;
 
@@ -63,19 +63,6 @@ impl ErrorMap {
 
     pub fn largest(&self) -> f32 {
         self.errors.iter().copied().fold(0.0, f32::max)
-    }
-}
-
-/// Colours of a picture, row by row from the top, `width` to a row.
-#[derive(Clone, Copy)]
-struct Pixels<'a> {
-    width: usize,
-    colors: &'a [[f32; 3]],
-}
-
-impl Pixels<'_> {
-    fn height(&self) -> usize {
-        self.colors.len() / self.width.max(1)
     }
 }
 
@@ -137,9 +124,6 @@ pub fn exposures(reference: &[[f32; 3]]) -> Exposures {
     let count = libm::ceil(stop - start).clamp(2.0, f64::from(limits::FLIP_EXPOSURES));
     Exposures { start, stop, count: count as u32 }
 }
-
-/// Rows of a band: the first one, and the one behind the last.
-type Rows = (usize, usize);
 
 /// Rows of one band: few enough for a core's own memory, many beside the rows that neighbouring bands share.
 const BAND: usize = 48;

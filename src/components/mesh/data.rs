@@ -6,7 +6,6 @@ use std::sync::{Arc, Mutex, OnceLock};
 use glam::{Vec2, Vec3, Vec4};
 use rustc_hash::FxHashMap;
 
-use super::pieces::{Piece, Recipe};
 use crate::base::digest::{Digest, Hasher};
 use crate::components::Text;
 
@@ -54,6 +53,35 @@ impl FaceSet {
     pub fn triangles(&self) -> impl Iterator<Item = u32> {
         self.runs.iter().flat_map(|[start, end]| *start..*end)
     }
+}
+
+/// Triangles of a mesh that wear one material.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// The material that the file names for them; `None` for that of the entity.
+    pub material: Option<Text>,
+    pub data: Arc<MeshData>,
+    /// Whether they are shaded by [`MeshData::shading_normals`].
+    pub smooth: bool,
+}
+
+/// Which normals are computed where the data have none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Smoothing {
+    Nowhere,
+    Everywhere,
+    /// Inside of the smoothing groups of the data.
+    Groups,
+    /// Over edges at which the surface turns by no more than this, in degrees.
+    UpTo(f64),
+}
+
+/// What the pieces of a mesh follow from, beside its data.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recipe {
+    pub(super) group: Option<Text>,
+    pub(super) smoothing: Smoothing,
+    pub(super) materials: bool,
 }
 
 /// Boxes around the vertices of a mesh along each axis.

@@ -16,8 +16,8 @@ use super::shapes::{Reach, Shape, support_of_box};
 use super::value::{FieldValue, Text, Value};
 use super::{FieldClass, FieldError, Record};
 use crate::base::diagnostics::suggestion;
-pub use data::{FaceSet, MeshData};
-pub use pieces::{Piece, Pieces};
+pub use data::{FaceSet, MeshData, Piece};
+pub use pieces::Pieces;
 
 /// An indexed triangle mesh, from a file or written out.
 ///

@@ -6,18 +6,9 @@ use std::sync::{Arc, PoisonError};
 use glam::Vec3;
 
 use super::creases::CornerNormals;
+use super::data::{Piece, Recipe, Smoothing};
 use super::{FaceSet, Mesh, MeshData};
 use crate::components::Text;
-
-/// Triangles of a mesh that wear one material.
-#[derive(Clone, Debug)]
-pub struct Piece {
-    /// The material that the file names for them; `None` for that of the entity.
-    pub material: Option<Text>,
-    pub data: Arc<MeshData>,
-    /// Whether they are shaded by [`MeshData::shading_normals`].
-    pub smooth: bool,
-}
 
 /// All that shows of a mesh; the triangles of a piece are in the order of the mesh.
 #[derive(Clone, Debug)]
@@ -36,25 +27,6 @@ impl Deref for Pieces {
             Pieces::Parts(parts) => parts,
         }
     }
-}
-
-/// Which normals are computed where the data have none.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Smoothing {
-    Nowhere,
-    Everywhere,
-    /// Inside of the smoothing groups of the data.
-    Groups,
-    /// Over edges at which the surface turns by no more than this, in degrees.
-    UpTo(f64),
-}
-
-/// What the pieces of a mesh follow from, beside its data.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Recipe {
-    group: Option<Text>,
-    smoothing: Smoothing,
-    materials: bool,
 }
 
 /// Recipes of one mesh that are remembered though nothing is traced by them: a script that turns a knob from frame to

@@ -11,7 +11,7 @@ use ::exr::meta::attribute::Text;
 use ::exr::prelude::{ReadChannels, ReadLayers, read};
 
 use super::read_header;
-use crate::output::layered::{ChannelSamples, PictureChannel, PicturePart, PixelWindow};
+use crate::output::parts::{ChannelSamples, PictureChannel, PicturePart, PixelWindow};
 
 /// Reads what is meant to be shown of the plane, and all parts of an OpenEXR file; every half is a float.
 ///
