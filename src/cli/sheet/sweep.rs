@@ -69,7 +69,7 @@ mod tests {
         assert_eq!(Sweep::parse("a=0..0.4/5").unwrap().values, ["0", "0.1", "0.2", "0.3", "0.4"]);
         assert_eq!(Sweep::parse("a=-1..1/3").unwrap().values, ["-1", "0", "1"]);
         assert_eq!(Sweep::parse("a=1..0/2").unwrap().values, ["1", "0"]);
-        assert_eq!(Sweep::parse("a=0..1/4").unwrap().values[1], "0.333333333333");
+        assert_eq!(Sweep::parse("a=0..1/4").unwrap().values[1], "0.3333333333333");
         assert_eq!(Sweep::parse("lens=Disk, Square").unwrap().values, ["Disk", "Square"]);
         for wrong in ["a", "=1", "a=", "a=1,,2", "a=1..2", "a=1..2/1", "a=1..2/x", "a=x..2/3", "a=1..2/99999"] {
             assert!(Sweep::parse(wrong).is_err(), "{wrong}");
