@@ -14,7 +14,7 @@ use super::time::{self, Header};
 use super::{Moment, errors, sandbox};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place};
 use crate::base::project::{FileRole, Project};
-use crate::base::{files, limits, random as hash};
+use crate::base::{files, limits, random as hash, text as look_alikes};
 use crate::components::{Edit, Scene};
 
 pub struct Interpreter {
@@ -44,7 +44,10 @@ impl Interpreter {
         let graph = ModuleGraph::default();
         let mut engine = engine::new(defines, &top, &constants);
         engine.set_module_resolver(graph.clone());
-        let compiled = engine.compile(&text).map_err(|e| sources.diagnose(e.into(), Call::default()))?;
+        let compiled = engine.compile(&text).map_err(|error| {
+            let doubles = look_alikes::doubles(&text, &file);
+            if doubles.is_empty() { sources.diagnose(error.into(), Call::default()) } else { Diagnostics(doubles) }
+        })?;
         let mut ast = compiled;
         ast.set_source(&file);
         ModuleLoader::new(&engine, &graph, project, &folder, &mut sources).load(&file, &ast)?;
