@@ -175,23 +175,23 @@ fn a_film_that_ends_early_counts_what_it_has() {
 
 #[test]
 fn still_pixels_do_not_change_however_the_palette_is_chosen() {
-    let (width, height) = (40, 30);
+    let (width, height) = (64, 48);
     let frame = |n: u32| {
-        let color = |x: u32, y: u32| match x < 20 {
+        let color = |x: u32, y: u32| match x < 32 {
             true => [(x * 8) as u8, (y * 5) as u8, ((x * 7 + y * 3) % 256) as u8, 255],
             false => [((x * 4 + n * 31) % 256) as u8, ((y * 5 + n * 17) % 256) as u8, (n * 40) as u8, 255],
         };
         let pixels = (0..height).flat_map(|y| (0..width).map(move |x| color(x, y))).collect();
         FilmFrame { width, height, pixels: FramePixels::Bytes(pixels) }
     };
-    let frames: Vec<FilmFrame> = (0..3).map(frame).collect();
-    let spec = spec(width, height, 3);
-    let mut finder = PaletteFinder::new(PaletteChoice::Auto, 3);
+    let frames: Vec<FilmFrame> = (0..6).map(frame).collect();
+    let spec = spec(width, height, 6);
+    let mut finder = PaletteFinder::new(PaletteChoice::Auto, 6);
     frames.iter().for_each(|frame| finder.add(frame));
     for palette in [finder.choose(), GifPalette::PerFrame] {
         let found = canvases(&film("gif", &spec, &frames, FilmOptions::default(), palette.clone()));
         for (canvas, _) in &found {
-            let left = |i: &usize| i % 40 < 20;
+            let left = |i: &usize| i % 64 < 32;
             assert!((0..canvas.len()).filter(left).all(|i| canvas[i] == found[0].0[i]), "{palette:?}");
         }
         // Near what was meant: the mean over the picture is, since dithering keeps it.
@@ -205,8 +205,8 @@ fn still_pixels_do_not_change_however_the_palette_is_chosen() {
 #[test]
 fn one_palette_serves_a_film_of_one_kind_and_not_one_of_many() {
     let plane = |n: u32| {
-        let pixels = (0..1024u32).map(|i| {
-            let (a, b) = ((i % 32 * 8) as u8, (i / 32 * 8) as u8);
+        let pixels = (0..4096u32).map(|i| {
+            let (a, b) = ((i % 64 * 4) as u8, (i / 64 * 4) as u8);
             match n % 6 {
                 0 => [a, b, 0, 255],
                 1 => [a, 0, b, 255],
@@ -216,14 +216,14 @@ fn one_palette_serves_a_film_of_one_kind_and_not_one_of_many() {
                 _ => [a, b, 255, 255],
             }
         });
-        FilmFrame { width: 32, height: 32, pixels: FramePixels::Bytes(pixels.collect()) }
+        FilmFrame { width: 64, height: 64, pixels: FramePixels::Bytes(pixels.collect()) }
     };
     let choose = |numbers: &[u32]| {
         let mut finder = PaletteFinder::new(PaletteChoice::Auto, numbers.len() as u64);
         numbers.iter().for_each(|n| finder.add(&plane(*n)));
         finder.choose()
     };
-    assert!(matches!(choose(&[0, 0]), GifPalette::Shared(_)));
+    assert!(matches!(choose(&[0, 0, 0, 0]), GifPalette::Shared(_)));
     assert_eq!(choose(&[0, 1, 2, 3, 4, 5]), GifPalette::PerFrame);
 }
 

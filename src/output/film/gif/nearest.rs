@@ -79,8 +79,6 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(24))]
-
         #[test]
         fn it_is_what_looking_at_all_colours_finds(
             palette in proptest::collection::vec(any::<[u8; 3]>(), 1..257),
