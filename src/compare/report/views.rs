@@ -97,7 +97,7 @@ impl Views {
         let Some(encoding) = a.or(b).map(|layer| layer.encoding) else { return };
         let source = |layer: &ColorLayer| match layer.encoding {
             ColorEncoding::Srgb { bits: 8 } => png(layer.window.size, &PngPixels::Rgb(&bytes(&layer.colors))),
-            _ => floats(
+            ColorEncoding::Srgb { .. } | ColorEncoding::Linear => floats(
                 layer.window.size,
                 &std::array::from_fn::<_, 3, _>(|c| layer.colors.iter().map(|x| x[c]).collect()),
             ),
