@@ -41,6 +41,7 @@ mod engine;
 mod errors;
 mod handles;
 pub mod host;
+pub mod idioms;
 mod interpreter;
 mod modules;
 mod motion;
