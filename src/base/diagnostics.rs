@@ -27,8 +27,10 @@ pub enum Cause {
     Input,
     /// The arguments of the command are wrong.
     Usage,
-    /// Reading or writing a file failed.
+    /// Reading or writing a file failed, or the system has not given what is needed.
     Io,
+    /// The user has interrupted the work.
+    Interrupted,
 }
 
 /// A place in a text file: line and column count from 1, columns in characters.
@@ -79,6 +81,30 @@ fn floor_boundary(text: &str, at: usize) -> usize {
     at
 }
 
+/// The part of a scene that a mistake is in; numbers count in authored order, from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ScenePart {
+    Camera,
+    Render,
+    Material(usize),
+    Entity(usize),
+}
+
+/// What a mistake is about, where its place in a text is not known to whoever finds it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Subject {
+    pub part: ScenePart,
+    /// The component of an entity, by its name in a scene.
+    pub component: Option<&'static str>,
+    pub field: Option<&'static str>,
+}
+
+impl From<ScenePart> for Subject {
+    fn from(part: ScenePart) -> Self {
+        Subject { part, component: None, field: None }
+    }
+}
+
 /// One mistake or warning, ready to be shown.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
@@ -88,11 +114,20 @@ pub struct Diagnostic {
     pub place: Option<Place>,
     /// What to do about it: the nearest right word, the allowed range, an example.
     pub help: Option<String>,
+    /// What it is about, the likeliest first, until its place is known.
+    pub about: Vec<Subject>,
 }
 
 impl Diagnostic {
     pub fn error(message: impl Into<String>) -> Self {
-        Diagnostic { severity: Severity::Error, cause: Cause::Input, message: message.into(), place: None, help: None }
+        Diagnostic {
+            severity: Severity::Error,
+            cause: Cause::Input,
+            message: message.into(),
+            place: None,
+            help: None,
+            about: Vec::new(),
+        }
     }
 
     pub fn warning(message: impl Into<String>) -> Self {
@@ -111,6 +146,12 @@ impl Diagnostic {
 
     pub fn at(mut self, place: Place) -> Self {
         self.place = Some(place);
+        self
+    }
+
+    /// Says what it is about, after what was said before.
+    pub fn about(mut self, subject: impl Into<Subject>) -> Self {
+        self.about.push(subject.into());
         self
     }
 

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::progress::{Mode, Progress};
 use super::{Exit, InputArguments, exit_code, frames, print, say, usage};
-use crate::base::diagnostics::{Diagnostic, Diagnostics, suggestion};
+use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, suggestion};
 use crate::base::limits;
 use crate::components::{Accel, Aov, Integrator};
 use crate::output::{FileState, names};
@@ -75,6 +75,9 @@ pub struct RenderArguments {
     /// Render every frame, whatever is there already
     #[arg(long)]
     force: bool,
+    /// Write over files that are no pictures of this script or scene
+    #[arg(long)]
+    overwrite: bool,
     /// Trace every frame by itself, whatever it shares with others; the pictures are the same
     #[arg(long)]
     no_reuse: bool,
@@ -90,6 +93,12 @@ pub struct RenderArguments {
     /// How progress is shown on stderr
     #[arg(long, value_enum, default_value = "auto")]
     progress: Mode,
+}
+
+impl RenderArguments {
+    pub fn threads(&self) -> Option<usize> {
+        self.threads
+    }
 }
 
 fn choices(names: &[&str]) -> String {
@@ -147,7 +156,7 @@ fn parse_aovs(text: &str) -> Result<Aovs, String> {
 }
 
 /// Opens the input and plans the frames that were asked for, without looking at what is there.
-pub fn plan(arguments: &FrameArguments) -> Result<(Shot, Plan), Diagnostics> {
+pub fn plan(arguments: &FrameArguments, cancel: &AtomicBool) -> Result<(Shot, Plan), Diagnostics> {
     let overrides = Overrides {
         size: arguments.size,
         samples: arguments.spp,
@@ -167,8 +176,9 @@ pub fn plan(arguments: &FrameArguments) -> Result<(Shot, Plan), Diagnostics> {
         None => (1..=count).collect(),
     };
     let target =
-        names::resolve(arguments.out.as_deref(), &shot.name, shot.is_sequence(), wanted.len()).map_err(usage)?;
-    let mut plan = shot::plan::make(&mut shot, &wanted, target)?;
+        names::resolve(arguments.out.as_deref(), &shot.name, shot.is_sequence().then_some(count), wanted.len());
+    let target = target.map_err(usage)?;
+    let mut plan = shot::plan::make_until(&mut shot, &wanted, target, cancel)?;
     if let Some([i, n]) = arguments.shard {
         plan.keep_shard(i, n);
     }
@@ -176,23 +186,16 @@ pub fn plan(arguments: &FrameArguments) -> Result<(Shot, Plan), Diagnostics> {
 }
 
 pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
-    let RenderArguments { wanted, threads, .. } = &arguments;
-    match threads {
-        None => render(&arguments, plan(wanted)?),
-        Some(threads) => rayon::ThreadPoolBuilder::new()
-            .num_threads(*threads)
-            .build()
-            .map_err(|e| Diagnostics::from(Diagnostic::error(format!("cannot start {threads} threads: {e}"))))?
-            .install(|| render(&arguments, plan(wanted)?)),
+    let cancel = on_interrupt()?;
+    let (mut shot, mut plan) = plan(&arguments.wanted, &cancel)?;
+    plan.inspect(&shot.source);
+    if !arguments.overwrite {
+        refuse_foreign(&plan)?;
     }
-}
-
-fn render(arguments: &RenderArguments, (mut shot, mut plan): (Shot, Plan)) -> Result<Exit, Diagnostics> {
-    if !arguments.force {
-        plan.inspect(&shot.source);
+    if arguments.force {
+        plan.force();
     }
     say(&plan.summary());
-    let cancel = on_interrupt()?;
     let policy = ReusePolicy { reuse: !arguments.no_reuse, memory: arguments.reuse_memory };
     let wanted = plan.frames.len();
     let kept = plan.frames.iter().filter(|planned| planned.state == FileState::Done).count();
@@ -225,6 +228,20 @@ fn render(arguments: &RenderArguments, (mut shot, mut plan): (Shot, Plan)) -> Re
     Ok(outcome(&plan, &ending.failed, written + kept))
 }
 
+/// What somebody else has made is not written over unasked.
+fn refuse_foreign(plan: &Plan) -> Result<(), Diagnostics> {
+    let foreign = plan.foreign();
+    let Some(first) = foreign.first() else { return Ok(()) };
+    let others = if foreign.len() > 1 { format!(", and {} more", foreign.len() - 1) } else { String::new() };
+    let entry = plan.manifest.as_ref().and_then(|manifest| manifest.get(first));
+    let whose = match entry.and_then(|entry| entry.input.as_deref()) {
+        Some(input) => format!("is a picture of {input}"),
+        None => "is no picture that anim has made".to_string(),
+    };
+    let problem = Diagnostic::error(format!("{} is there and {whose}{others}", first.display()));
+    Err(problem.because(Cause::Usage).help("name another place with -o, or write over it with --overwrite").into())
+}
+
 /// Some frames failed, or nothing could be done at all.
 fn outcome(plan: &Plan, failed: &[(u32, Diagnostics)], there: usize) -> Exit {
     let mistakes = plan.mistakes().count();
@@ -236,7 +253,7 @@ fn outcome(plan: &Plan, failed: &[(u32, Diagnostics)], there: usize) -> Exit {
 }
 
 /// A flag that the first interrupt raises; the second ends the program at once.
-fn on_interrupt() -> Result<Arc<AtomicBool>, Diagnostics> {
+pub fn on_interrupt() -> Result<Arc<AtomicBool>, Diagnostics> {
     let cancel = Arc::new(AtomicBool::new(false));
     let raised = cancel.clone();
     let handler = move || {

@@ -209,10 +209,13 @@ impl<'de> Deserialize<'de> for EntityDesc {
             }
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<EntityDesc, A::Error> {
                 let mut desc = EntityDesc::default();
+                let mut has_tags = false;
                 while let Some(key) = map.next_key::<Key>()? {
                     match key {
+                        Key::Name if desc.name.is_some() => return Err(A::Error::duplicate_field("name")),
+                        Key::Tags if has_tags => return Err(A::Error::duplicate_field("tags")),
                         Key::Name => desc.name = Some(map.next_value()?),
-                        Key::Tags => desc.tags = map.next_value()?,
+                        Key::Tags => (desc.tags, has_tags) = (map.next_value()?, true),
                         Key::Kind(kind) if desc.get(kind).is_some() => {
                             return Err(A::Error::duplicate_field(kind.name()));
                         }

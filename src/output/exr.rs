@@ -13,6 +13,8 @@ use ::exr::prelude::{
 
 use super::Metadata;
 use super::attributes::text_of;
+use super::state::PIXELS;
+use crate::base::digest::{Digest, Hasher};
 use crate::base::limits;
 use crate::components::{Aov, Render};
 use crate::film::Film;
@@ -51,8 +53,12 @@ pub fn encode_exr(film: &Film, render: &Render, metadata: &Metadata) -> Result<V
             );
         }
     }
+    let mut metadata = metadata.clone();
+    if metadata.iter().any(|(keyword, _)| keyword == "Hash") {
+        metadata.push((PIXELS.into(), digest_of([film.width, film.height], &channels).to_string()));
+    }
     // One attribute for all notes: the crate writes several in an order that changes from run to run.
-    let comments = Some(Text::from_slice_unchecked(text_of(metadata).as_bytes()));
+    let comments = Some(Text::from_slice_unchecked(text_of(&metadata).as_bytes()));
     let attributes = LayerAttributes { comments, ..LayerAttributes::default() };
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
@@ -62,6 +68,27 @@ pub fn encode_exr(film: &Film, render: &Render, metadata: &Metadata) -> Result<V
     // On one thread: blocks lie in the file in the order of their lines.
     let written = Image::from_layer(layer).write().non_parallel().to_buffered(Cursor::new(&mut bytes));
     written.map(|()| bytes).map_err(|e| e.to_string())
+}
+
+/// The digest of a picture's size and the values of all its channels, whatever their order and the file's compression.
+fn digest_of(size: [u32; 2], channels: &[AnyChannel<FlatSamples>]) -> Digest {
+    let mut sorted: Vec<&AnyChannel<FlatSamples>> = channels.iter().collect();
+    sorted.sort_by(|a, b| a.name.as_slice().cmp(b.name.as_slice()));
+    let mut hasher = Hasher::default();
+    size.into_iter().for_each(|side| hasher.word(side.into()));
+    for channel in sorted {
+        hasher.bytes(channel.name.as_slice());
+        for value in channel.sample_data.values_as_f32() {
+            hasher.bytes(&value.to_bits().to_le_bytes());
+        }
+    }
+    hasher.finish()
+}
+
+/// The digest of the pixels of an EXR file, as they are in it; `None` if it is none.
+pub fn exr_pixels(bytes: &[u8]) -> Option<Digest> {
+    let (size, image) = read_image(bytes).ok()?;
+    Some(digest_of(size, &image.layer_data.channel_data.list))
 }
 
 /// The channels of a layer, by name.
@@ -83,6 +110,9 @@ fn columns(film: &Film, aov: Aov) -> Vec<(&'static str, Vec<f32>)> {
         Aov::Variance => vec![("variance", layers.variance.clone())],
     }
 }
+
+/// A picture with its channels as they are in the file.
+type FlatImage = Image<Layer<AnyChannels<FlatSamples>>>;
 
 /// What an EXR file holds, as far as anim looks at it.
 #[derive(Clone, Debug, PartialEq)]
@@ -131,6 +161,21 @@ pub fn read_exr_header(bytes: &[u8]) -> Result<ExrFile, String> {
 /// # Errors
 /// As [`read_exr_header`]; a file without `R`, `G` and `B`.
 pub fn read_exr(bytes: &[u8]) -> Result<([u32; 2], Vec<[f32; 3]>), String> {
+    let (size, image) = read_image(bytes)?;
+    let layer = &image.layer_data;
+    let mut colors = vec![[0.0; 3]; layer.size.area()];
+    for (axis, name) in ["R", "G", "B"].into_iter().enumerate() {
+        let found = layer.channel_data.list.iter().find(|c| c.name.eq(name));
+        let channel = found.ok_or_else(|| format!("it has no channel `{name}`"))?;
+        for (color, value) in colors.iter_mut().zip(channel.sample_data.values_as_f32()) {
+            color[axis] = value;
+        }
+    }
+    Ok((size, colors))
+}
+
+/// All channels of the first part of an EXR file.
+fn read_image(bytes: &[u8]) -> Result<([u32; 2], FlatImage), String> {
     let ExrFile { size, .. } = read_exr_header(bytes)?;
     let image = read()
         .no_deep_data()
@@ -142,19 +187,10 @@ pub fn read_exr(bytes: &[u8]) -> Result<([u32; 2], Vec<[f32; 3]>), String> {
         .from_buffered(Cursor::new(bytes))
         .map_err(|e| e.to_string())?;
     let layer = &image.layer_data;
-    let count = layer.size.area();
     if [layer.size.width(), layer.size.height()] != size.map(|n| n as usize) {
         return Err("its first part is not a plain picture".into());
     }
-    let mut colors = vec![[0.0; 3]; count];
-    for (axis, name) in ["R", "G", "B"].into_iter().enumerate() {
-        let found = layer.channel_data.list.iter().find(|c| c.name.eq(name));
-        let channel = found.ok_or_else(|| format!("it has no channel `{name}`"))?;
-        for (color, value) in colors.iter_mut().zip(channel.sample_data.values_as_f32()) {
-            color[axis] = value;
-        }
-    }
-    Ok((size, colors))
+    Ok((size, image))
 }
 
 #[cfg(test)]

@@ -4,9 +4,9 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use super::chunks::checked_metadata;
-use super::exr::{is_exr, read_exr, read_exr_header};
+use super::exr::{exr_pixels, is_exr, read_exr, read_exr_header};
 use super::manifest::{Entry, Provenance};
-use super::png::read_png_metadata;
+use super::png::{png_pixels, read_png_metadata};
 use super::{Metadata, attributes, chunks};
 use crate::base::digest::Digest;
 use crate::base::{files, limits};
@@ -53,7 +53,8 @@ pub fn provenance_metadata(provenance: &Provenance) -> Metadata {
 /// `None` if the file is not a whole picture of the same content.
 pub fn relabelled(bytes: &[u8], provenance: &Provenance) -> Option<Vec<u8>> {
     let (metadata, wanted) = (metadata_of_whole_file(bytes)?, provenance_metadata(provenance));
-    if !metadata.iter().any(|(keyword, text)| keyword == "Hash" && *text == provenance.hash.to_string()) {
+    let is_same = note(&metadata, "Hash") == Some(provenance.hash.to_string().as_str());
+    if !is_same || note(&metadata, PIXELS).map(str::to_string) != pixels_of(bytes) {
         return None;
     }
     if is_exr(bytes) {
@@ -65,19 +66,32 @@ pub fn relabelled(bytes: &[u8], provenance: &Provenance) -> Option<Vec<u8>> {
 
 /// Looks at all bytes of the file: time stamps are not trusted.
 ///
-/// The manifest's word for them is enough; without it the picture itself must be whole and say what it is.
-pub fn inspect(path: &Path, known: Option<&Entry>, wanted: &Provenance) -> FileState {
+/// The manifest's word for them is enough. Without it the picture itself must be whole and say what it is, and its pixels
+/// must be those that it speaks of: other tools change pictures and leave their notes as they were. So a picture that was
+/// packed more tightly is as good as before, and one that was painted over is not.
+pub fn inspect(path: &Path, known: Option<&Entry>, wanted: &Provenance, input: &str) -> FileState {
     if std::fs::metadata(path).is_err_and(|e| e.kind() == ErrorKind::NotFound) {
         return FileState::Missing;
     }
     let Ok(bytes) = files::read_bytes(path, limits::FRAME_FILE_BYTES) else { return FileState::Foreign };
+    if known.is_some_and(|entry| entry.is_of_another(input)) {
+        return FileState::Foreign;
+    }
     let as_known = |entry: &&Entry| entry.bytes == bytes.len() as u64 && entry.checksum == Digest::of(&bytes);
     let recorded = known.filter(as_known);
     if let Some(entry) = recorded {
         return if entry.provenance == *wanted { FileState::Done } else { FileState::Stale };
     }
     match metadata_of_whole_file(&bytes) {
-        Some(metadata) if metadata.starts_with(&provenance_metadata(wanted)) => FileState::Done,
+        Some(metadata) if metadata.starts_with(&provenance_metadata(wanted)) => {
+            let said = note(&metadata, PIXELS);
+            let contradicts = known.is_some_and(|entry| entry.provenance == *wanted && entry.pixels.as_deref() != said);
+            if said.is_some() && !contradicts && pixels_of(&bytes).as_deref() == said {
+                FileState::Done
+            } else {
+                FileState::Stale
+            }
+        }
         Some(metadata) if metadata.iter().any(|(keyword, _)| keyword == "Hash") => FileState::Stale,
         Some(_) => FileState::Foreign,
         None if known.is_some() || read_png_metadata(&bytes).is_some() || read_exr_header(&bytes).is_ok() => {
@@ -85,6 +99,25 @@ pub fn inspect(path: &Path, known: Option<&Entry>, wanted: &Provenance) -> FileS
         }
         None => FileState::Foreign,
     }
+}
+
+/// The keyword of the digest of a picture's pixels.
+pub const PIXELS: &str = "Pixels";
+
+fn note<'a>(metadata: &'a Metadata, keyword: &str) -> Option<&'a str> {
+    metadata.iter().find(|(known, _)| known == keyword).map(|(_, text)| text.as_str())
+}
+
+/// What a file says of its pixels, without a look at them.
+pub fn pixels_note(bytes: &[u8]) -> Option<String> {
+    let metadata = if is_exr(bytes) { read_exr_header(bytes).ok()?.metadata } else { read_png_metadata(bytes)?.1 };
+    note(&metadata, PIXELS).map(str::to_string)
+}
+
+/// The digest of a file's pixels as they are.
+fn pixels_of(bytes: &[u8]) -> Option<String> {
+    let digest = if is_exr(bytes) { exr_pixels(bytes) } else { png_pixels(bytes) };
+    digest.map(|digest| digest.to_string())
 }
 
 /// The notes of a picture that is whole. Of an EXR file all blocks are unpacked, since the sums that tell damage are
@@ -116,12 +149,14 @@ mod tests {
             provenance: provenance.clone(),
             bytes: bytes.len() as u64,
             checksum: Digest::of(&bytes),
+            pixels: pixels_note(&bytes),
+            input: Some("x/a.rhai".into()),
         };
         let looks = |bytes: &[u8], known: Option<&Entry>| {
             std::fs::write(&path, bytes).unwrap();
-            inspect(&path, known, &provenance)
+            inspect(&path, known, &provenance, "a.rhai")
         };
-        assert_eq!(inspect(&path, Some(&entry), &provenance), FileState::Missing);
+        assert_eq!(inspect(&path, Some(&entry), &provenance, "a.rhai"), FileState::Missing);
         for known in [None, Some(&entry)] {
             assert_eq!(looks(&bytes, known), FileState::Done);
             for at in 0..bytes.len() {
@@ -143,7 +178,7 @@ mod tests {
         assert_eq!(looks(&plain, None), FileState::Foreign);
         std::fs::remove_file(&path).unwrap();
         std::fs::create_dir(&path).unwrap();
-        assert_eq!(inspect(&path, None, &provenance), FileState::Foreign);
+        assert_eq!(inspect(&path, None, &provenance, "a.rhai"), FileState::Foreign);
     }
 
     #[test]
@@ -156,7 +191,7 @@ mod tests {
         let bytes = encode_exr(&film, &Render::default(), &provenance_metadata(&provenance)).unwrap();
         let looks = |bytes: &[u8]| {
             std::fs::write(&path, bytes).unwrap();
-            inspect(&path, None, &provenance)
+            inspect(&path, None, &provenance, "a.rhai")
         };
         assert_eq!(looks(&bytes), FileState::Done);
         for at in (bytes.len() / 2..bytes.len()).step_by(97) {

@@ -10,9 +10,8 @@ use ::rhai::{Dynamic, Engine, EvalAltResult};
 use super::errors::{Fallible, complain};
 use crate::base::{clock, limits, memory};
 
-/// Words of Rhai that a pure script does without: the clock, the system's mathematics, code from text, and what tells
-/// the names that closures have inside of the engine.
-const OFF: [&str; 5] = ["eval", "timestamp", "**", "**=", "get_fn_metadata_list"];
+/// Words of Rhai that a pure script does without: the clock, the system's mathematics, code from text.
+const OFF: [&str; 4] = ["eval", "timestamp", "**", "**="];
 
 /// Why the watch has stopped a script; it travels through Rhai as the token of a termination.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,7 +11,7 @@ use rustc_hash::FxHashMap;
 
 use super::hierarchy::Placement;
 use super::stage::{AuthoredIndex, Despawned, Stage};
-use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::base::{limits, math};
 use crate::components::*;
 use crate::trace::material::ShadingParams;
@@ -164,7 +164,9 @@ impl<'a> Extraction<'a> {
             let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
             if map.matrix3.determinant() == 0.0 || !map.to_cols_array().iter().all(|x| x.abs() <= FARTHEST) {
                 let message = format!("{} is scaled to nothing or beyond reach", stage.label(order.0 as usize));
-                return Err(Diagnostic::error(message).into());
+                let part = ScenePart::Entity(order.0 as usize);
+                let subject = Subject { part, component: Some(Kind::Transform.name()), field: None };
+                return Err(Diagnostic::error(message).about(subject).into());
             }
             let material = match material_name {
                 None => default_material,

@@ -10,7 +10,7 @@ use super::lights::LightGroups;
 use super::stage::{DerivedCache, Stage};
 use super::static_camera::{CachedTile, StaticCameraCache};
 use super::{accelerate, extract, hierarchy, lens, lights, textures};
-use crate::base::diagnostics::Diagnostics;
+use crate::base::diagnostics::{Diagnostics, ScenePart, Subject};
 use crate::components::{Integrator, Render, Transfer};
 use crate::film::{AccumulatorOptions, Film, FilterTable, PixelAccumulator, denoise};
 use crate::load::image;
@@ -277,7 +277,11 @@ fn environment_of(stage: &mut Stage, settings: &Render, sampled: bool) -> Result
     let DerivedCache { environment, images, .. } = &mut stage.derived;
     let mut kept = match environment.take() {
         Some((known, kept)) if known == key => kept.placed(intensity, rotation),
-        _ => Environment::new(image::read_surroundings(images, &stage.base, name, key.1)?, intensity, rotation),
+        _ => {
+            let field = Subject { part: ScenePart::Render, component: None, field: Some("environment") };
+            let map = image::read_surroundings(images, &stage.base, name, key.1).map_err(|e| e.about(field))?;
+            Environment::new(map, intensity, rotation)
+        }
     };
     if sampled {
         kept.prepare();

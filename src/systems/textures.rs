@@ -7,29 +7,32 @@ use rustc_hash::FxHashMap;
 
 use super::hierarchy::Placement;
 use super::stage::{AuthoredIndex, Despawned, Stage};
-use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::components::*;
 use crate::load::image;
 use crate::trace::material::texture::{TextureBindings, TextureLayer, TextureSet};
 use crate::trace::primitive::{AffineMap, Bounds, ObjectSpace};
 
-/// Calls for every texture of the World, with whether it is of colours and with what a message calls its owner.
+/// Calls for every texture of the World, with whether it is of colours, what it belongs to, and what a message calls that.
 fn for_each_texture(
     stage: &Stage,
-    mut call: impl FnMut(&Texture, bool, &dyn Fn() -> String) -> Result<(), Diagnostic>,
+    mut call: impl FnMut(&Texture, bool, Subject, &dyn Fn() -> String) -> Result<(), Diagnostic>,
 ) -> Result<(), Diagnostic> {
     for (i, entity) in stage.materials.iter().enumerate() {
         let Ok(material) = stage.world.get::<&Material>(*entity) else { continue };
         for (field, texture, coloured) in material.maps() {
             let name = || stage.material_names.iter().find(|(_, index)| **index == i).map_or("", |(name, _)| name);
-            call(texture, coloured, &|| format!("`{field}` of material `{}`", name()))?;
+            let subject = Subject { part: ScenePart::Material(i), component: None, field: Some(field) };
+            call(texture, coloured, subject, &|| format!("`{field}` of material `{}`", name()))?;
         }
     }
     let mut query = stage.world.query::<(&AuthoredIndex, &Texture)>().without::<&Despawned>();
     let mut found: Vec<_> = query.iter().collect();
     found.sort_by_key(|(order, _)| **order);
     for (order, texture) in found {
-        call(texture, true, &|| format!("texture of {}", stage.label(order.0 as usize)))?;
+        let part = ScenePart::Entity(order.0 as usize);
+        let subject = Subject { part, component: Some(Kind::Texture.name()), field: Some("image") };
+        call(texture, true, subject, &|| format!("texture of {}", stage.label(order.0 as usize)))?;
     }
     Ok(())
 }
@@ -41,10 +44,12 @@ fn for_each_texture(
 pub fn load_images(stage: &mut Stage) -> Result<(), Diagnostics> {
     let mut images = std::mem::take(&mut stage.derived.images);
     let curved = stage.settings().transfer == Transfer::Srgb;
-    let read = for_each_texture(stage, |texture, coloured, owner| {
+    let read = for_each_texture(stage, |texture, coloured, subject, owner| {
         let Some(file) = &texture.image else { return Ok(()) };
         let fetched = image::fetch(&mut images, &stage.base, file, texture.decodes(coloured && curved));
-        fetched.map(|_| ()).map_err(|e| Diagnostic { message: format!("{}: {}", owner(), e.message), ..e })
+        fetched
+            .map(|_| ())
+            .map_err(|e| Diagnostic { message: format!("{}: {}", owner(), e.message), ..e }.about(subject))
     });
     stage.derived.images = images;
     read.map_err(Diagnostics::from)

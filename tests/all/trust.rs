@@ -47,7 +47,7 @@ fn a_process_of_its_own_gives_the_edits_of_this_process() {
             compared += edits.map_or(0, |edits| edits.len());
         }
     }
-    assert!(compared > 100, "{compared}");
+    assert!(compared > 50, "{compared}");
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn modules_are_known_before_anything_runs() {
     desk.write("a.rhai", main("../a"));
     desk.anim("check a.rhai").fails(3, &["a.rhai:3:12", "outside of the project"]);
     desk.write("a.rhai", "animation(#{}); let n = \"lib/two\";\nimport n as m;\nfn frame(s, f) {}");
-    desk.anim("check a.rhai").fails(3, &["a.rhai:2:8", "written out"]);
+    desk.anim("check a.rhai").fails(3, &["a.rhai:2:1", "written out"]);
     for i in 0..30 {
         desk.write(&format!("deep{i}.rhai"), format!("import \"deep{}\" as next;", i + 1));
     }
