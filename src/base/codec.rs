@@ -324,7 +324,7 @@ impl Codec for Diagnostic {
             message: from.get()?,
             place: from.get()?,
             help: from.get()?,
-            about: Vec::new(),
+            about: None,
         })
     }
 }

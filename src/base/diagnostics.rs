@@ -99,6 +99,10 @@ pub struct Subject {
     pub field: Option<&'static str>,
 }
 
+/// All that a mistake may be about, the likeliest first.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Subjects(pub Vec<Subject>);
+
 impl From<ScenePart> for Subject {
     fn from(part: ScenePart) -> Self {
         Subject { part, component: None, field: None }
@@ -115,7 +119,7 @@ pub struct Diagnostic {
     /// What to do about it: the nearest right word, the allowed range, an example.
     pub help: Option<String>,
     /// What it is about, the likeliest first, until its place is known.
-    pub about: Vec<Subject>,
+    pub about: Option<Box<Subjects>>,
 }
 
 impl Diagnostic {
@@ -126,7 +130,7 @@ impl Diagnostic {
             message: message.into(),
             place: None,
             help: None,
-            about: Vec::new(),
+            about: None,
         }
     }
 
@@ -151,7 +155,7 @@ impl Diagnostic {
 
     /// Says what it is about, after what was said before.
     pub fn about(mut self, subject: impl Into<Subject>) -> Self {
-        self.about.push(subject.into());
+        self.about.get_or_insert_default().0.push(subject.into());
         self
     }
 

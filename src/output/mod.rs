@@ -28,7 +28,7 @@ const TEMPORARY: &str = ".anim-tmp-";
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct WriteFailure {
     /// It names the file and the system's reason.
-    pub problem: Diagnostic,
+    pub problem: Box<Diagnostic>,
     /// No other file can be written there either, as on a full disk.
     pub is_general: bool,
 }
@@ -38,7 +38,7 @@ pub struct WriteFailure {
 /// # Errors
 /// A diagnostic that names the file and the system's reason; nothing is left behind.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
-    write_after(path, bytes, || Ok(())).map_err(|failure| failure.problem)
+    write_after(path, bytes, || Ok(())).map_err(|failure| *failure.problem)
 }
 
 /// As [`write_atomic`]; calls `before` when the bytes are on disk, just before they get their name.
@@ -54,7 +54,7 @@ pub fn write_after(
     let failed = |is_general: bool| {
         move |error: std::io::Error| WriteFailure {
             is_general: is_general || matches!(error.kind(), K::StorageFull | K::QuotaExceeded | K::ReadOnlyFilesystem),
-            problem: Diagnostic::io(path.display(), "write", &error),
+            problem: Diagnostic::io(path.display(), "write", &error).into(),
         }
     };
     let folder = folder_of(path);

@@ -22,7 +22,7 @@ use crate::systems::EmitterId;
 
 /// The number of the pictures themselves: raise it with every change to the program that changes a pixel or a byte of
 /// a file, so that frames of an older program count as stale.
-pub const PICTURES: u32 = 3;
+pub const PICTURES: u32 = 4;
 
 /// Settings that do not show in a picture.
 const INVISIBLE: [&str; 2] = ["accel", "grid_density"];

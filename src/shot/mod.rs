@@ -166,8 +166,8 @@ pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostic
 /// Mistakes that what `setup` has built has, with the places where it did.
 fn in_setup(program: &Program, scene: &Arc<Scene>, mut problems: Diagnostics) -> Diagnostics {
     for problem in problems.0.iter_mut().filter(|problem| problem.place.is_none()) {
-        let subjects = std::mem::take(&mut problem.about);
-        let place = subjects.iter().find_map(|subject| program.place_of(scene, None, *subject));
+        let subjects = problem.about.take().unwrap_or_default();
+        let place = subjects.0.iter().find_map(|subject| program.place_of(scene, None, *subject));
         problem.place = Some(place.unwrap_or_else(|| program.place()));
     }
     problems
@@ -228,10 +228,8 @@ impl Input {
 
     /// A mistake that the World has is of what the frame's script wrote last, or else of what the scene says.
     fn find_place(&self, problem: &mut Diagnostic, frame: u32) {
-        if problem.place.is_some() || problem.about.is_empty() {
-            return;
-        }
-        let subjects = std::mem::take(&mut problem.about);
+        let Some(subjects) = problem.about.take().filter(|_| problem.place.is_none()) else { return };
+        let subjects = subjects.0;
         let by_script = self.program.as_ref().and_then(|(program, rest)| {
             subjects.iter().find_map(|subject| program.place_of(rest, Some((frame, 0.0)), *subject))
         });

@@ -177,8 +177,8 @@ fn copy_what_is_done<'a>(plan: &'a Plan, source: &str, watch: Watch) -> Result<L
         if let Some(bytes) = done.get(&planned.hash).and_then(|file| copy_of(file, &provenance)) {
             match write(plan.manifest.as_ref(), &provenance, &planned.file, &bytes) {
                 Ok(()) => watch(report(planned, FrameSource::Copy, start)),
-                Err(failure) if failure.is_general => return Err(failure.problem),
-                Err(failure) => failed.push((planned.frame, failure.problem.into())),
+                Err(failure) if failure.is_general => return Err(*failure.problem),
+                Err(failure) => failed.push((planned.frame, (*failure.problem).into())),
             }
             continue;
         }
@@ -266,16 +266,16 @@ fn write_all(
         for (provenance, file) in frames {
             let written = encode(&film, &render, &metadata(&provenance, &stats, &render), &file)
                 .map_err(|e| Diagnostic::error(format!("cannot encode {}: {e}", file.display())).because(Cause::Io))
-                .map_err(|problem| WriteFailure { problem, is_general: false })
+                .map_err(|problem| WriteFailure { problem: problem.into(), is_general: false })
                 .and_then(|bytes| write(manifest, &provenance, &file, &bytes));
             match written {
                 Ok(()) => {}
                 Err(failure) if failure.is_general => {
                     failed.store(true, Ordering::Relaxed);
-                    return Err(failure.problem);
+                    return Err(*failure.problem);
                 }
                 Err(failure) => {
-                    unwritten.push((provenance.frame, failure.problem.into()));
+                    unwritten.push((provenance.frame, (*failure.problem).into()));
                     continue;
                 }
             }

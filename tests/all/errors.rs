@@ -91,7 +91,7 @@ fn what_a_script_does_to_the_scene_has_a_place() {
         sandbox.write("a.ron", "(render: (size: (4, 4)), camera: (aperture: 0.1, focus: Entity(\"a\")),\n entities: [\n  (name: \"a\", sphere: ()),\n  (name: \"b\", sphere: (), transform: (parent: \"a\")),\n ])");
         sandbox.write(
             "a.rhai",
-            format!("animation(#{ scene: \"a.ron\" });\nfn frame(s, f) {{\n    let x = 1;\n{body}\n}}"),
+            format!("animation(#{{ scene: \"a.ron\" }});\nfn frame(s, f) {{\n    let x = 1;\n{body}\n}}"),
         );
         sandbox.anim("check a.rhai").fails(3, said);
     };
