@@ -6,7 +6,7 @@
 //! # The map of this house
 //!
 //! One package, a library and a thin binary. Imports go down the page only; rooms on one floor do not import each
-//! other. `tests/house.rs` holds the code to this.
+//! other. `tests/all/house.rs` and `tests/all/modules.rs` hold the code to this.
 //!
 //! | room | what happens there |
 //! |---|---|
@@ -29,6 +29,55 @@
 //! Per frame that is left, and per moment of an open shutter: rest values -> the script's `frame` ->
 //! [`components::Edit`]s -> `animate` -> `hierarchy` -> `lights` -> `extract` (columns) -> `accelerate` -> `render`
 //! (tiles) -> `film` -> `output`.
+//!
+//! `ARCHITECTURE.md` follows a frame phase by phase, says what always holds, and what to touch to add something.
+//!
+//! # Glossary
+//!
+//! Words of the field mean here what they mean in *Physically Based Rendering*. These are the others, or narrower.
+//!
+//! | word | meaning |
+//! |---|---|
+//! | accumulator | sums over the samples of pixels, before they are resolved into means ([`film::PixelAccumulator`]) |
+//! | asset | a file that a scene names; it counts by its content |
+//! | authored order | the order of entities and materials in the scene, spawned ones behind; an *authored index* counts in it |
+//! | base scene | what `setup` leaves: every frame starts from it |
+//! | column | one field of many work items or primitives, side by side in memory |
+//! | edit | one change to a scene, as data ([`components::Edit`]) |
+//! | fingerprint | a frame as digests of its parts, without rendering it ([`shot::fingerprint`]) |
+//! | footprint | which tracked bounds the rays of a sample crossed ([`trace::reuse`]) |
+//! | light group | the light of one emitter, or of all the rest, in a film of its own ([`systems::LightGroups`]) |
+//! | light mix | frames that are weighted sums of the same light groups ([`shot::reuse::light_mix`]) |
+//! | moment, slice | one instant of a frame with an open shutter, and its share of the samples ([`shot::Slice`]) |
+//! | overlay | what a script has changed so far, over the base scene |
+//! | picture version | a number that rises when the program makes other pixels or bytes ([`shot::fingerprint::PICTURES`]) |
+//! | placement | the map from an entity's local space to the world |
+//! | plan | every wanted frame as data, with what is there of it already ([`shot::plan`]) |
+//! | provenance | what a picture's file says of its making ([`output::Provenance`]) |
+//! | reuse window | frames in a row that differ in objects of finite size alone, before one camera ([`shot::reuse::static_camera`]) |
+//! | shot | one input, a script with its scene or a scene alone, opened ([`shot::Shot`]) |
+//! | stage | the hecs World with what goes with it ([`systems::Stage`]) |
+//! | World | the single truth about the scene while a frame is made: entities with components |
+//!
+//! # An example
+//!
+//! A scene is data, wherever it comes from; [`systems`] make a picture of it.
+//!
+//! ```
+//! use std::sync::atomic::AtomicBool;
+//!
+//! use anim::components::{EntityDesc, PointLight, Render, Scene, Sphere};
+//! use anim::systems;
+//!
+//! let render = Render { size: [16, 9], samples: 4, ..Render::default() };
+//! let entities = vec![EntityDesc::new([Sphere::default().into()]), EntityDesc::new([PointLight::default().into()])];
+//! let mut stage = systems::spawn(Scene { render, entities, ..Scene::default() })?;
+//! let never = AtomicBool::new(false);
+//! let (film, stats) = systems::render(&mut stage, &never, &|_done, _total| {})?.expect("nobody interrupts");
+//! assert_eq!((film.width, film.height), (16, 9));
+//! assert!(stats.counters.primary_hits > 0);
+//! # Ok::<(), anim::base::diagnostics::Diagnostics>(())
+//! ```
 
 // Only `trace::simd`, the room with processor instructions in it, may.
 #![deny(unsafe_code)]

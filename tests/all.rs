@@ -32,3 +32,5 @@ mod tool;
 mod trust;
 #[path = "all/vectors.rs"]
 mod vectors;
+#[path = "all/version.rs"]
+mod version;

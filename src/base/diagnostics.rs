@@ -14,9 +14,12 @@ use std::sync::Arc;
 
 use super::limits;
 
+/// Whether a diagnostic stops what it is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
+    /// It does.
     Error,
+    /// It does not.
     Warning,
 }
 
@@ -36,9 +39,11 @@ pub enum Cause {
 /// A place in a text file: line and column count from 1, columns in characters.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
+    /// The file, as a message calls it.
     pub file: Arc<str>,
     /// 1-based; 0 when the mistake belongs to the file as a whole.
     pub line: u32,
+    /// 1-based, in characters.
     pub column: u32,
     /// How many characters to underline, at least 1.
     pub width: u32,
@@ -112,9 +117,13 @@ impl From<ScenePart> for Subject {
 /// One mistake or warning, ready to be shown.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
+    /// Whether it is an error or a warning.
     pub severity: Severity,
+    /// Whose mistake it is.
     pub cause: Cause,
+    /// What was found and what was expected, without the place.
     pub message: String,
+    /// Where it is, if it is in a text.
     pub place: Option<Place>,
     /// What to do about it: the nearest right word, the allowed range, an example.
     pub help: Option<String>,
@@ -123,6 +132,7 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
+    /// An error of an input, without a place.
     pub fn error(message: impl Into<String>) -> Self {
         Diagnostic {
             severity: Severity::Error,
@@ -134,6 +144,7 @@ impl Diagnostic {
         }
     }
 
+    /// A warning about an input, without a place.
     pub fn warning(message: impl Into<String>) -> Self {
         Diagnostic { severity: Severity::Warning, ..Self::error(message) }
     }
@@ -143,11 +154,18 @@ impl Diagnostic {
         Self::error(format!("cannot {action} {path}: {error}")).because(Cause::Io)
     }
 
+    /// Something that cannot happen has happened: a mistake of the program, which says so.
+    pub fn bug(message: impl Into<String>) -> Self {
+        Self::error(message).help("this is a mistake in anim, not in the scene")
+    }
+
+    /// With another cause.
     pub fn because(mut self, cause: Cause) -> Self {
         self.cause = cause;
         self
     }
 
+    /// With a place.
     pub fn at(mut self, place: Place) -> Self {
         self.place = Some(place);
         self
@@ -159,6 +177,7 @@ impl Diagnostic {
         self
     }
 
+    /// With what to do about it.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
@@ -172,6 +191,7 @@ impl Diagnostic {
         }
     }
 
+    /// Whether it is an error.
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
     }
@@ -225,10 +245,12 @@ fn write_source(f: &mut fmt::Formatter<'_>, place: &Place) -> fmt::Result {
 pub struct Diagnostics(pub Vec<Diagnostic>);
 
 impl Diagnostics {
+    /// Adds one at the end.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         self.0.push(diagnostic);
     }
 
+    /// Whether one of them is an error.
     pub fn has_errors(&self) -> bool {
         self.0.iter().any(Diagnostic::is_error)
     }

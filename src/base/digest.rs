@@ -59,6 +59,7 @@ const C1: u64 = 0x87c3_7b91_1142_53d5;
 const C2: u64 = 0x4cf5_ad43_2745_937f;
 
 impl Hasher {
+    /// Feeds bytes, without their number.
     pub fn bytes(&mut self, mut bytes: &[u8]) {
         let filled = (self.length % 16) as usize;
         self.length += bytes.len() as u64;
@@ -78,10 +79,12 @@ impl Hasher {
         self.rest[..rest.len()].copy_from_slice(rest);
     }
 
+    /// Feeds a whole number.
     pub fn word(&mut self, word: u64) {
         self.bytes(&word.to_le_bytes());
     }
 
+    /// Feeds a number by its bits: -0 and 0 differ.
     pub fn number(&mut self, number: f64) {
         self.word(number.to_bits());
     }
@@ -92,10 +95,12 @@ impl Hasher {
         self.bytes(text.as_bytes());
     }
 
+    /// Feeds a digest.
     pub fn digest(&mut self, digest: Digest) {
         self.bytes(&digest.0.to_le_bytes());
     }
 
+    /// The digest of all that was fed.
     pub fn finish(mut self) -> Digest {
         let filled = (self.length % 16) as usize;
         self.rest[filled..].fill(0);

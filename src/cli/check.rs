@@ -42,7 +42,7 @@ pub fn run(arguments: CheckArguments) -> Result<Exit, Diagnostics> {
             Ok(line) => print(&line),
             Err(problems) => {
                 say(&problems);
-                worst = exit_code(&problems);
+                worst = worst.worse(exit_code(&problems));
             }
         }
     }

@@ -140,6 +140,23 @@ enum Exit {
     Interrupted = 130,
 }
 
+impl Exit {
+    /// The exit code of two outcomes together: what stopped the program counts before what is wrong with an input, and
+    /// that before differences.
+    fn worse(self, other: Exit) -> Exit {
+        let rank = |exit: &Exit| match exit {
+            Exit::Done => 0,
+            Exit::Differences => 1,
+            Exit::Failed => 2,
+            Exit::Input => 3,
+            Exit::Io => 4,
+            Exit::Usage => 5,
+            Exit::Interrupted => 6,
+        };
+        std::cmp::max_by_key(self, other, rank)
+    }
+}
+
 /// Runs the program; `arguments` start with its own name.
 pub fn main(arguments: Vec<OsString>) -> ExitCode {
     if arguments.get(1).is_some_and(|word| word == HOST_WORD) {
@@ -256,6 +273,18 @@ mod tests {
         assert_eq!(of(Cause::Io), Exit::Io);
         assert_eq!(of(Cause::Interrupted), Exit::Interrupted);
         assert_eq!(of(Cause::Input), Exit::Input);
+    }
+
+    #[test]
+    fn the_worst_outcome_decides() {
+        for (a, b, worst) in [
+            (Exit::Done, Exit::Input, Exit::Input),
+            (Exit::Io, Exit::Input, Exit::Io),
+            (Exit::Usage, Exit::Io, Exit::Usage),
+            (Exit::Done, Exit::Done, Exit::Done),
+        ] {
+            assert_eq!((a.worse(b), b.worse(a)), (worst, worst));
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::{Exit, print, usage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::{files, limits};
 use crate::compare::{Picture, difference, difference_picture};
-use crate::output::{ExrFile, is_exr, read_exr_header, read_png_metadata, write_atomic};
+use crate::output::{Format, PictureHeader, write_atomic};
 
 #[derive(clap::Args)]
 pub struct DiffArguments {
@@ -62,7 +62,7 @@ pub fn diff(arguments: DiffArguments) -> Result<Exit, Diagnostics> {
 fn pictures_in(folder: &Path) -> Result<Vec<String>, Diagnostic> {
     let entries = std::fs::read_dir(folder).map_err(|e| Diagnostic::io(folder.display(), "read", &e))?;
     let mut names: Vec<String> = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
-    names.retain(|name| [".png", ".exr"].iter().any(|ending| name.to_lowercase().ends_with(ending)));
+    names.retain(|name| Format::of_path(Path::new(name)).is_some());
     names.sort();
     Ok(names)
 }
@@ -89,13 +89,11 @@ pub fn info(arguments: InfoArguments) -> Result<Exit, Diagnostics> {
     let path = &arguments.picture;
     let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
     let no_picture = |why: &str| Diagnostic::error(format!("{}: {why}", path.display()));
-    let (size, metadata) = if is_exr(&bytes) {
-        let ExrFile { size, channels, mut metadata } = read_exr_header(&bytes).map_err(|e| no_picture(&e))?;
+    let format = Format::of_bytes(&bytes).ok_or_else(|| no_picture("not a picture of a format that anim writes"))?;
+    let PictureHeader { size, channels, mut metadata } = (format.read_header)(&bytes).map_err(|e| no_picture(&e))?;
+    if !channels.is_empty() {
         metadata.push(("Channels".into(), channels.join(" ")));
-        (size, metadata)
-    } else {
-        read_png_metadata(&bytes).ok_or_else(|| no_picture("not a PNG or EXR picture"))?
-    };
+    }
     print(&format!("Size: {}x{}\n", size[0], size[1]));
     metadata.iter().for_each(|(keyword, text)| print(&format!("{keyword}: {text}\n")));
     Ok(Exit::Done)

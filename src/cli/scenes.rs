@@ -56,10 +56,10 @@ pub fn convert(arguments: ConvertArguments) -> Result<Exit, Diagnostics> {
 
 fn write(scene: &Scene, out: Option<&Path>) -> Result<Exit, Diagnostics> {
     match out {
-        None => print(&load::write::to_ron(scene, None)),
+        None => print(&load::write::to_ron(scene, None)?),
         Some(path) => {
             let folder = path.parent().unwrap_or(Path::new(""));
-            write_atomic(path, load::write::to_ron(scene, Some(folder)).as_bytes())?;
+            write_atomic(path, load::write::to_ron(scene, Some(folder))?.as_bytes())?;
         }
     }
     Ok(Exit::Done)

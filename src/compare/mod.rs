@@ -6,13 +6,16 @@ use std::path::Path;
 
 use crate::base::diagnostics::Diagnostic;
 use crate::base::{files, limits};
-use crate::output::{is_exr, read_exr};
+use crate::output::{Decoded, Format};
 
 /// A picture as it was written: RGB, top row first; 0 to 1 as a PNG has it, linear and of any size as an EXR has it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
+    /// In pixels.
     pub width: u32,
+    /// In pixels.
     pub height: u32,
+    /// Top row first.
     pub pixels: Vec<[f32; 3]>,
 }
 
@@ -30,15 +33,15 @@ pub struct Difference {
 }
 
 impl Picture {
-    /// Reads a picture of 8 or 16 bits a channel, or an EXR file.
+    /// Reads a picture of a format that anim writes, or another one of 8 or 16 bits a channel.
     ///
     /// # Errors
     /// A file that is missing, too large or not a picture.
     pub fn read(path: &Path) -> Result<Self, Diagnostic> {
         let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
         let unreadable = |e: String| Diagnostic::error(format!("cannot read {}: {e}", path.display()));
-        if is_exr(&bytes) {
-            let ([width, height], pixels) = read_exr(&bytes).map_err(unreadable)?;
+        if let Some(format) = Format::of_bytes(&bytes) {
+            let Decoded { size: [width, height], pixels } = (format.decode)(&bytes).map_err(unreadable)?;
             return Ok(Picture { width, height, pixels });
         }
         let picture = image::load_from_memory(&bytes).map_err(|e| unreadable(e.to_string()))?.to_rgb16();

@@ -56,24 +56,25 @@ record! {
         /// Vertical field of view in degrees, above 0 and below 180.
         pub fov: f64 = 40.0,
         /// Distance from the lens to the plane in focus, along the view axis, world units. Wins over `focus`.
-        pub focus_distance: Option<f64> = None,
+        pub focus_distance: Option<f64> = None => Lens,
         /// What to focus on; the distance from `from` to `at` if neither is given.
-        pub focus: Option<Focus> = None,
+        pub focus: Option<Focus> = None => Lens,
         /// Lens radius in world units; 0 is a pinhole with everything in focus.
-        pub aperture: f64 = 0.0,
-        pub lens: Lens = Lens::Disk,
+        pub aperture: f64 = 0.0 => Lens,
+        /// Outline of the opening.
+        pub lens: Lens = Lens::Disk => Lens,
         /// As a photographer says it: focal length in mm, takes the place of `fov`.
         pub focal_length: Option<f64> = None,
         /// Focal length over lens diameter; with `focal_length` takes the place of `aperture`.
-        pub f_stop: Option<f64> = None,
+        pub f_stop: Option<f64> = None => Lens,
         /// Width of the sensor in mm; with `focal_length` gives the field of view.
         pub sensor_width: f64 = 36.0,
         /// Metres in a world unit: what brings millimetres into the scene.
-        pub meters_per_unit: f64 = 1.0,
+        pub meters_per_unit: f64 = 1.0 => Lens,
         /// When the shutter opens and closes, in frames from the frame's own time: (0, 0.5) is a shutter of 180 degrees,
         /// (-0.25, 0.25) the same around the frame, (0, 0) an instant. Everything that moves meanwhile is blurred: what a
         /// script animates, since `frame` is called for moments inside the interval too, and entities with `motion`.
-        pub shutter: DVec2 = DVec2::ZERO,
+        pub shutter: DVec2 = DVec2::ZERO => Shutter,
     }
 }
 
@@ -93,7 +94,7 @@ impl Camera {
     pub fn lens_radius(&self) -> f64 {
         match (self.focal_length, self.f_stop) {
             (Some(mm), Some(stop)) => mm / 1000.0 / (2.0 * stop) / self.meters_per_unit,
-            _ => self.aperture,
+            (None, _) | (_, None) => self.aperture,
         }
     }
 

@@ -3,8 +3,8 @@
 //! A record is hashed field by field through [`Record`], so that a field that is added later is covered when it is
 //! declared. Values go in as the bits they are, not as text: reformatting a scene changes nothing.
 
-use super::{Component, Record, Value};
-use crate::base::digest::{Digest, Hasher};
+use super::{Component, FieldClass, Record, Value};
+use crate::base::digest::Hasher;
 
 impl Value {
     /// Feeds the value to a hasher, with its kind before it.
@@ -46,14 +46,16 @@ impl Value {
     }
 }
 
-/// Feeds the fields of a record that `wanted` chooses, each with its name; `visit` sees every value on its way.
+/// Feeds the fields of a record that `wanted` chooses by name and class, each with its name; `visit` sees every value on
+/// its way.
 pub fn feed_record(
     record: &dyn Record,
-    wanted: impl Fn(&str) -> bool,
+    wanted: impl Fn(&str, FieldClass) -> bool,
     hasher: &mut Hasher,
     visit: &mut dyn FnMut(&Value, &mut Hasher),
 ) {
-    for field in record.fields().iter().filter(|field| wanted(field)) {
+    let fields = record.fields().iter().zip(record.classes());
+    for (field, _) in fields.filter(|(field, class)| wanted(field, **class)) {
         if let Some(value) = record.get(field) {
             hasher.text(field);
             value.feed(hasher);
@@ -62,27 +64,16 @@ pub fn feed_record(
     }
 }
 
-/// Feeds a component that is not a mesh field by field; a mesh by what it is made of, wherever that was read from.
+/// Feeds a component field by field; a mesh by what it is made of, wherever that was read from.
 pub fn feed_component(
     component: &Component,
-    wanted: impl Fn(&str) -> bool,
+    wanted: impl Fn(FieldClass) -> bool,
     hasher: &mut Hasher,
     visit: &mut dyn FnMut(&Value, &mut Hasher),
 ) {
     hasher.text(component.kind().name());
-    match component {
-        Component::Mesh(mesh) => {
-            let made_of_data = ["file", "vertices", "triangles", "normals", "uvs"];
-            feed_record(mesh, |field| wanted(field) && !made_of_data.contains(&field), hasher, visit);
-            hasher.digest(mesh.data.digest());
-        }
-        other => feed_record(other.record(), wanted, hasher, visit),
+    feed_record(component.record(), |_, class| class != FieldClass::Data && wanted(class), hasher, visit);
+    if let Some(data) = component.data_digest() {
+        hasher.digest(data);
     }
-}
-
-/// The digest of a record and of nothing else.
-pub fn digest_of(record: &dyn Record, wanted: impl Fn(&str) -> bool) -> Digest {
-    let mut hasher = Hasher::default();
-    feed_record(record, wanted, &mut hasher, &mut |_, _| {});
-    hasher.finish()
 }

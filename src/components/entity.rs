@@ -5,28 +5,59 @@
 
 use std::fmt;
 
+use glam::DVec3;
 use serde::de::{Error as _, MapAccess, Visitor};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::*;
 use crate::base::codec::{Decoder, Encoder, Malformed};
+use crate::base::digest::Digest;
 use crate::base::project::Folder;
+
+/// What a kind of component does for its entity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// It decides where the entity stands.
+    Placement,
+    /// It is a surface that rays can meet; see [`Shape`].
+    Shape,
+    /// It decides what surfaces of the entity look like.
+    Surface,
+    /// It is a light without a surface.
+    Light,
+}
+
+/// A type of component, for access by type.
+pub trait ComponentType: Into<Component> {
+    /// The kind of its components.
+    const KIND: Kind;
+    /// The component as this type, if it is one.
+    fn of(component: &Component) -> Option<&Self>;
+}
 
 /// Declares every kind of component that an entity can carry, once.
 macro_rules! components {
-    ($( $name:ident : $variant:ident ),* $(,)?) => {
+    ($( $name:ident : $variant:ident is $role:ident ),* $(,)?) => {
         /// A component by its name in RON and Rhai.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        pub enum Kind { $( $variant ),* }
+        pub enum Kind { $( #[doc = concat!("`", stringify!($name), "`")] $variant ),* }
 
         impl Kind {
+            /// All kinds, in the order of the enum.
             pub const ALL: &'static [Kind] = &[$( Kind::$variant ),*];
+            /// Their names, in the same order.
             pub const NAMES: &'static [&'static str] = &[$( stringify!($name) ),*];
 
+            /// The name in RON and Rhai.
             pub fn name(self) -> &'static str {
                 match self { $( Kind::$variant => stringify!($name) ),* }
             }
+            /// What a component of this kind does for its entity.
+            pub fn role(self) -> Role {
+                match self { $( Kind::$variant => Role::$role ),* }
+            }
+            /// The kind of a name, if there is one.
             pub fn parse(name: &str) -> Option<Kind> {
                 match name { $( stringify!($name) => Some(Kind::$variant), )* _ => None }
             }
@@ -50,9 +81,10 @@ macro_rules! components {
 
         /// A component of any kind.
         #[derive(Clone, Debug, PartialEq)]
-        pub enum Component { $( $variant($variant) ),* }
+        pub enum Component { $( #[doc = concat!("`", stringify!($name), "`")] $variant($variant) ),* }
 
         impl Component {
+            /// Which kind it is.
             pub fn kind(&self) -> Kind {
                 match self { $( Component::$variant(_) => Kind::$variant ),* }
             }
@@ -64,14 +96,26 @@ macro_rules! components {
             pub fn record(&self) -> &dyn Record {
                 match self { $( Component::$variant(c) => c ),* }
             }
+            /// As [`Self::record`], to change them.
             pub fn record_mut(&mut self) -> &mut dyn Record {
                 match self { $( Component::$variant(c) => c ),* }
+            }
+            /// The surface that it is, if it is one.
+            pub fn shape(&self) -> Option<&dyn Shape> {
+                match self { $( Component::$variant(c) => shape_of!($role c) ),* }
             }
         }
 
         $( impl From<$variant> for Component {
             fn from(c: $variant) -> Component {
                 Component::$variant(c)
+            }
+        }
+
+        impl ComponentType for $variant {
+            const KIND: Kind = Kind::$variant;
+            fn of(component: &Component) -> Option<&Self> {
+                if let Component::$variant(c) = component { Some(c) } else { None }
             }
         } )*
 
@@ -83,23 +127,36 @@ macro_rules! components {
     };
 }
 
-/// Hands the list of all kinds, `name: Type`, to another macro; the list stands only here.
+/// A component as a shape, if its role is that of one.
+macro_rules! shape_of {
+    (Shape $component:ident) => {
+        Some($component as &dyn Shape)
+    };
+    ($role:ident $component:ident) => {{
+        let _ = $component;
+        None
+    }};
+}
+
+/// Hands the list of all kinds, `name: Type is Role`, to another macro, behind arguments of its own; the list stands only
+/// here.
 macro_rules! every_kind {
-    ($then:ident) => {
+    ($then:ident $($argument:tt)*) => {
         $then! {
-            transform: Transform,
-            motion: Motion,
-            sphere: Sphere,
-            triangle: Triangle,
-            plane: Plane,
-            aabox: AABox,
-            cylinder: Cylinder,
-            cone: Cone,
-            mesh: Mesh,
-            material: MaterialName,
-            texture: Texture,
-            point_light: PointLight,
-            area_light: AreaLight,
+            $($argument;)*
+            transform: Transform is Placement,
+            motion: Motion is Placement,
+            sphere: Sphere is Shape,
+            triangle: Triangle is Shape,
+            plane: Plane is Shape,
+            aabox: AABox is Shape,
+            cylinder: Cylinder is Shape,
+            cone: Cone is Shape,
+            mesh: Mesh is Shape,
+            material: MaterialName is Surface,
+            texture: Texture is Surface,
+            point_light: PointLight is Light,
+            area_light: AreaLight is Light,
         }
     };
 }
@@ -107,26 +164,46 @@ pub(crate) use every_kind;
 
 every_kind!(components);
 
+impl Component {
+    /// The digest of the data behind its fields of class [`FieldClass::Data`], if it has some.
+    pub fn data_digest(&self) -> Option<Digest> {
+        Mesh::of(self).map(|mesh| mesh.data.digest())
+    }
+
+    /// The colour of the light that it emits, linear, if it is a light.
+    pub fn light_color(&self) -> Option<DVec3> {
+        let record = self.record();
+        let mut fields = record.fields().iter().zip(record.classes());
+        let (field, _) = fields.find(|(_, class)| **class == FieldClass::EmittedColor)?;
+        DVec3::from_value(&record.get(field)?).ok().filter(|_| self.kind().role() == Role::Light)
+    }
+}
+
 /// One entity: a name, tags, and at most one component of each kind, in the order of [`Kind::ALL`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EntityDesc {
+    /// A name that no other entity of the scene has.
     pub name: Option<Text>,
+    /// Words that scripts find it by.
     pub tags: Vec<Text>,
     components: Vec<Component>,
 }
 
 impl EntityDesc {
+    /// An entity without a name.
     pub fn new(components: impl IntoIterator<Item = Component>) -> Self {
         let mut desc = EntityDesc::default();
         components.into_iter().for_each(|c| desc.put(c));
         desc
     }
 
+    /// With a name.
     pub fn named(mut self, name: impl Into<Text>) -> Self {
         self.name = Some(name.into());
         self
     }
 
+    /// Its components, in the order of [`Kind::ALL`].
     pub fn components(&self) -> &[Component] {
         &self.components
     }
@@ -136,8 +213,14 @@ impl EntityDesc {
         self.components
     }
 
+    /// The component of a kind, if the entity has it.
     pub fn get(&self, kind: Kind) -> Option<&Component> {
         self.components.iter().find(|c| c.kind() == kind)
+    }
+
+    /// The component of a type, if the entity has it.
+    pub fn component<T: ComponentType>(&self) -> Option<&T> {
+        self.components.iter().find_map(T::of)
     }
 
     /// Adds a component, in place of one of the same kind.
@@ -153,6 +236,7 @@ impl EntityDesc {
         }
     }
 
+    /// Takes a component off.
     pub fn take(&mut self, kind: Kind) -> Option<Component> {
         let i = self.components.iter().position(|c| c.kind() == kind)?;
         Some(self.components.remove(i))
@@ -270,10 +354,13 @@ impl<'de> Deserialize<'de> for Key {
 /// A whole scene as data: what a scene file says, with every reference checked.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
+    /// Where it is seen from.
     pub camera: Camera,
+    /// Settings of the picture.
     pub render: Render,
     /// Named materials in authored order; the names differ.
     pub materials: Vec<(Text, Material)>,
+    /// In authored order; the names differ.
     pub entities: Vec<EntityDesc>,
     /// Folder that file names in the scene are relative to, and what they may name.
     pub base: Folder,
@@ -282,10 +369,12 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The number of a material.
     pub fn material_index(&self, name: &str) -> Option<usize> {
         self.materials.iter().position(|(known, _)| &**known == name)
     }
 
+    /// The authored index of an entity.
     pub fn entity_index(&self, name: &str) -> Option<usize> {
         self.entities.iter().position(|desc| desc.name.as_deref() == Some(name))
     }
@@ -294,44 +383,56 @@ impl Scene {
 /// One change to a scene. Indices count in authored order; spawned entities and materials continue it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Edit {
+    /// Replaces the camera.
     Camera(Camera),
+    /// Replaces the settings.
     Render(Render),
     /// Replaces a material's values.
     Material {
+        /// Number of the material.
         index: usize,
+        /// What it becomes.
         material: Material,
     },
     /// Adds a named material at the end.
     AddMaterial {
+        /// A name that no other material has.
         name: Text,
+        /// What it is.
         material: Material,
     },
     /// Adds or replaces one component.
     Put {
+        /// Authored index.
         entity: usize,
+        /// What is put in the place of a component of its kind.
         component: Component,
     },
     /// Removes one component.
     Take {
+        /// Authored index.
         entity: usize,
+        /// Which one.
         kind: Kind,
     },
+    /// Replaces the tags of an entity.
     Tags {
+        /// Authored index.
         entity: usize,
+        /// All of them.
         tags: Vec<Text>,
     },
     /// Adds an entity at the end.
     Spawn(EntityDesc),
     /// Removes an entity; its index stays taken.
     Despawn {
+        /// Authored index.
         entity: usize,
     },
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
 
     #[test]
@@ -362,6 +463,9 @@ mod tests {
             assert_eq!(Kind::parse(kind.name()), Some(*kind));
             let component = kind.default_component();
             assert_eq!(component.kind(), *kind);
+            assert_eq!(component.shape().is_some(), kind.role() == Role::Shape);
+            assert_eq!(component.light_color().is_some(), kind.role() == Role::Light);
+            assert_eq!(component.record().classes().len(), kind.fields().len());
             for field in kind.fields() {
                 assert!(component.record().get(field).is_some(), "{}.{field}", kind.name());
             }

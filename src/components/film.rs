@@ -49,6 +49,14 @@ impl Filter {
             Filter::Mitchell => 4.0,
         }
     }
+
+    /// Whether some samples count negatively.
+    pub fn has_negative_lobes(self) -> bool {
+        match self {
+            Filter::Box | Filter::Tent | Filter::Gaussian | Filter::BlackmanHarris => false,
+            Filter::Mitchell => true,
+        }
+    }
 }
 
 choice! {

@@ -22,7 +22,8 @@ record! {
         /// Position, local space.
         pub position: DVec3 = DVec3::ZERO,
         /// Linear intensity, 0 and up.
-        pub color: DVec3 = DVec3::ONE,
+        pub color: DVec3 = DVec3::ONE => EmittedColor,
+        /// How it weakens with distance.
         pub falloff: Falloff = Falloff::Constant,
     }
 }
@@ -46,7 +47,8 @@ record! {
         /// Its two edges, local space; take the place of `size`.
         pub edges: Option<[DVec3; 2]> = None,
         /// Linear intensity of the whole light, 0 and up.
-        pub color: DVec3 = DVec3::ONE,
+        pub color: DVec3 = DVec3::ONE => EmittedColor,
+        /// How it weakens with distance.
         pub falloff: Falloff = Falloff::Constant,
         /// Whether camera rays see it, where they are traced by `Path` and it falls off with the square of the distance.
         /// Rays that left a surface meet it either way.

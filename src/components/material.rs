@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::record::ranges::{at_least, between, color};
 use super::record::{Check, Invalid, choice, record};
 use super::value::{FieldValue, Mismatch, Text, Value};
-use super::{FieldError, Record, Texture};
+use super::{FieldClass, FieldError, Record, Texture};
 
 choice! {
     /// How a surface scatters light. All but the first give back no more than arrives.
@@ -63,7 +63,7 @@ record! {
         pub absorption: DVec3 = DVec3::ZERO,
         /// Radiance that the surface sends out by itself, to the sides that it shows. A lamp of `color` c with inverse
         /// square falloff and area A has radiance c * pi / A. Spheres, triangles, meshes and boxes that shine light
-        pub emission: DVec3 = DVec3::ZERO,
+        pub emission: DVec3 = DVec3::ZERO => EmittedColor,
         /// Whether opaque surfaces show and stop rays on both sides. Transparent ones always do.
         pub two_sided: bool = true,
         /// Multiplied with `color`.
@@ -202,6 +202,9 @@ impl Default for MaterialName {
 impl Record for MaterialName {
     fn fields(&self) -> &'static [&'static str] {
         Self::FIELDS
+    }
+    fn classes(&self) -> &'static [FieldClass] {
+        &[FieldClass::General]
     }
     fn get(&self, field: &str) -> Option<Value> {
         (field == "name").then(|| self.to_value())

@@ -18,8 +18,11 @@ pub struct MipMap {
 /// Texels in rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MipLevel {
+    /// In texels.
     pub width: u32,
+    /// In texels.
     pub height: u32,
+    /// Width times height of them.
     pub texels: Texels,
 }
 
@@ -30,6 +33,7 @@ pub enum Texels {
     Srgb(Vec<[u8; 3]>),
     /// 0..255 for 0..1, linear.
     Bytes(Vec<[u8; 3]>),
+    /// Linear, 0 and up.
     Floats(Vec<[f32; 3]>),
 }
 

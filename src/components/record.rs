@@ -5,11 +5,33 @@
 
 use super::value::{Mismatch, Value};
 
+/// What a field means to those who reuse work from frame to frame; declared with the field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FieldClass {
+    /// It decides what a frame looks like, like most fields.
+    General,
+    /// It does not show in a picture, as the choice of an accelerator.
+    Invisible,
+    /// Of the camera: its lens and focus. The other fields are where it stands and what it sees.
+    Lens,
+    /// Of the camera: when its shutter is open, which photons depend on too.
+    Shutter,
+    /// A setting of the film: what becomes of light that has reached it. Photons do not depend on it.
+    Film,
+    /// The colour of emitted light: the picture is linear in it.
+    EmittedColor,
+    /// Part of data that has a digest of its own, or the name of the file that the data were read from.
+    Data,
+}
+
 /// Why a field could not be read or set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FieldError {
     /// No field of that name; what the record has instead.
-    Unknown { known: &'static [&'static str] },
+    Unknown {
+        /// Names of all fields.
+        known: &'static [&'static str],
+    },
     /// A value of the wrong shape.
     Mismatch(Mismatch),
 }
@@ -17,7 +39,9 @@ pub enum FieldError {
 /// A value of the right shape that makes no sense: which field, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Invalid {
+    /// Name of the field.
     pub field: &'static str,
+    /// What was found, and what is allowed.
     pub message: String,
 }
 
@@ -25,6 +49,9 @@ pub struct Invalid {
 pub trait Record: Check {
     /// Field names in declared order.
     fn fields(&self) -> &'static [&'static str];
+    /// The class of each field, in the order of [`Self::fields`].
+    fn classes(&self) -> &'static [FieldClass];
+    /// The value of a field; `None` if there is no such field.
     fn get(&self, field: &str) -> Option<Value>;
     /// Sets a field without judging ranges; call [`Check::check`] afterwards.
     ///
@@ -40,9 +67,10 @@ pub trait Check {
     fn check(&self) -> Result<(), Invalid>;
 }
 
-/// Declares a component; every field has a default, so that a scene states only what differs.
+/// Declares a component. Every field has a default, so that a scene states only what differs, and a [`FieldClass`]:
+/// `General`, or the one after `=>`.
 macro_rules! record {
-    ($(#[$meta:meta])* pub struct $name:ident { $( $(#[$field_meta:meta])* pub $field:ident : $type:ty = $default:expr, )* }) => {
+    ($(#[$meta:meta])* pub struct $name:ident { $( $(#[$field_meta:meta])* pub $field:ident : $type:ty = $default:expr $(=> $class:ident)?, )* }) => {
         $(#[$meta])*
         #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
         #[serde(default, deny_unknown_fields)]
@@ -57,11 +85,17 @@ macro_rules! record {
         impl $name {
             /// Field names in declared order.
             pub const FIELDS: &'static [&'static str] = &[$( stringify!($field) ),*];
+            /// The class of each field, in declared order.
+            pub const CLASSES: &'static [$crate::components::FieldClass] =
+                &[$( $crate::components::record::class!($($class)?) ),*];
         }
 
         impl $crate::components::Record for $name {
             fn fields(&self) -> &'static [&'static str] {
                 Self::FIELDS
+            }
+            fn classes(&self) -> &'static [$crate::components::FieldClass] {
+                Self::CLASSES
             }
             fn get(&self, field: &str) -> Option<$crate::components::Value> {
                 match field {
@@ -106,6 +140,17 @@ macro_rules! record {
     };
 }
 pub(crate) use record;
+
+/// The class of a field as `record!` was given it.
+macro_rules! class {
+    () => {
+        $crate::components::FieldClass::General
+    };
+    ($class:ident) => {
+        $crate::components::FieldClass::$class
+    };
+}
+pub(crate) use class;
 
 /// Declares a setting that is one word out of a few.
 macro_rules! choice {
@@ -169,6 +214,7 @@ pub mod ranges {
         Err(Invalid { field, message })
     }
 
+    /// Not infinite and not NaN.
     pub fn finite(field: &'static str, x: f64) -> Result<(), Invalid> {
         if x.is_finite() { Ok(()) } else { fail(field, format!("`{field}` must be a finite number, not {x}")) }
     }
@@ -176,6 +222,7 @@ pub mod ranges {
     /// The largest coordinate: its square, and the square of a square, must stay inside `f32` in the kernel.
     pub const FARTHEST: f64 = 1e9;
 
+    /// Within +-[`FARTHEST`].
     pub fn coordinate(field: &'static str, x: f64) -> Result<(), Invalid> {
         finite(field, x)?;
         if x.abs() <= FARTHEST {
@@ -185,25 +232,30 @@ pub mod ranges {
         }
     }
 
+    /// Coordinates all three.
     pub fn position(field: &'static str, v: DVec3) -> Result<(), Invalid> {
         v.to_array().into_iter().try_for_each(|x| coordinate(field, x))
     }
 
+    /// A position other than zero.
     pub fn direction(field: &'static str, v: DVec3) -> Result<(), Invalid> {
         position(field, v)?;
         if v == DVec3::ZERO { fail(field, format!("`{field}` must not be the zero vector")) } else { Ok(()) }
     }
 
+    /// A coordinate from `low` up.
     pub fn at_least(field: &'static str, x: f64, low: f64) -> Result<(), Invalid> {
         coordinate(field, x)?;
         if x >= low { Ok(()) } else { fail(field, format!("`{field}` must be at least {low}, not {x}")) }
     }
 
+    /// A coordinate above `low`.
     pub fn above(field: &'static str, x: f64, low: f64) -> Result<(), Invalid> {
         coordinate(field, x)?;
         if x > low { Ok(()) } else { fail(field, format!("`{field}` must be greater than {low}, not {x}")) }
     }
 
+    /// From `low` to `high`, both included.
     pub fn between(field: &'static str, x: f64, low: f64, high: f64) -> Result<(), Invalid> {
         finite(field, x)?;
         if (low..=high).contains(&x) {
@@ -213,6 +265,7 @@ pub mod ranges {
         }
     }
 
+    /// As [`between`], of whole numbers.
     pub fn whole(field: &'static str, x: u64, low: u64, high: u64) -> Result<(), Invalid> {
         if (low..=high).contains(&x) {
             Ok(())
@@ -221,6 +274,7 @@ pub mod ranges {
         }
     }
 
+    /// Channels from 0 up.
     pub fn color(field: &'static str, v: DVec3) -> Result<(), Invalid> {
         v.to_array().into_iter().try_for_each(|x| at_least(field, x, 0.0))
     }

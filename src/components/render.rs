@@ -79,18 +79,20 @@ record! {
     /// Settings of the picture.
     pub struct Render {
         /// Width and height in pixels.
-        pub size: [u32; 2] = [640, 360],
+        pub size: [u32; 2] = [640, 360] => Film,
         /// Samples per pixel, rounded down to a square n x n of jittered strata; 1 is the pixel centre.
         pub samples: u32 = 16,
+        /// Which light paths are followed.
         pub integrator: Integrator = Integrator::Distribution,
         /// Colour of rays that leave the scene, linear.
-        pub background: DVec3 = DVec3::ZERO,
+        pub background: DVec3 = DVec3::ZERO => EmittedColor,
         /// What surrounds the scene in place of `background`, relative to the scene: the folder of a cube map (right,
         /// left, top, bottom, front, back), or a picture of the whole sphere (equirectangular, PNG, JPEG or HDR) with
         /// its middle at -z, u to the right and v up.
         pub environment: Option<Text> = None,
         /// Longest chain of rays, the camera's included: 1 shows no reflection.
         pub max_depth: u32 = 6,
+        /// Where on an area light a shadow ray ends.
         pub shadows: Shadows = Shadows::Auto,
         /// Points on each light where `Fixed` shadows are used, rounded down to a square.
         pub shadow_samples: u32 = 16,
@@ -99,28 +101,33 @@ record! {
         /// Whether transparent surfaces let light through to what they shade, dimmed by `transmission` at each; they
         /// block it otherwise, as in the P3F tracers. Not so with `Photon`: photons go through glass by themselves.
         pub transparent_shadows: bool = false,
+        /// How a transparent surface splits light into reflected and refracted.
         pub fresnel: Fresnel = Fresnel::Exact,
         /// Seed of all sampling; follows from the camera's pose when not given.
         pub seed: Option<u64> = None,
-        pub accel: Accel = Accel::Auto,
+        /// What finds the primitives along a ray; it does not show.
+        pub accel: Accel = Accel::Auto => Invisible,
         /// Cells of the grid per primitive: the density of Woo's resolution rule. Blocks of eight want coarse cells.
-        pub grid_density: f64 = 1.0,
+        pub grid_density: f64 = 1.0 => Invisible,
         /// Bits per channel of the picture file: 8 or 16 of a PNG, 32 for floats instead of halves in an EXR.
-        pub bit_depth: u32 = 8,
+        pub bit_depth: u32 = 8 => Film,
+        /// How linear values become the numbers of a picture file for the screen.
         pub transfer: Transfer = Transfer::Srgb,
 
         /// Most that a channel of one sample may be, linear; brighter samples are scaled down to it. Takes out fireflies,
         /// and with them some of the light: the picture is darker than the truth where paths are rare and bright.
-        pub clamp: Option<f64> = None,
+        pub clamp: Option<f64> = None => Film,
         /// Exposure in stops: 1 doubles what a picture for the screen shows. EXR files hold the values before it.
-        pub exposure: f64 = 0.0,
-        pub tone_map: ToneMap = ToneMap::Clip,
-        pub filter: Filter = Filter::Box,
+        pub exposure: f64 = 0.0 => Film,
+        /// How linear values of any size become values that a screen can show.
+        pub tone_map: ToneMap = ToneMap::Clip => Film,
+        /// How samples around a pixel's centre count towards it.
+        pub filter: Filter = Filter::Box => Film,
         /// Full width of the filter in pixels, along x and y; the filter's usual one when not given: 1 for `Box`, 2 for
         /// `Tent`, 3 for `Gaussian` and `BlackmanHarris`, 4 for `Mitchell`.
-        pub filter_width: Option<f64> = None,
+        pub filter_width: Option<f64> = None => Film,
         /// Layers beside the colours, for EXR files only.
-        pub aovs: Vec<Aov> = Vec::new(),
+        pub aovs: Vec<Aov> = Vec::new() => Film,
         /// Standard error at which a pixel has samples enough, on the square root of exposed light, where 1 is the
         /// screen's range: 0.01 is hardly seen. Pixels then get rounds of `min_samples` until all of their block of
         /// 4 x 4 are there, or as many of them as `samples` holds are spent. Without it all pixels get `samples`.
@@ -128,9 +135,9 @@ record! {
         /// Samples of one round where there is a `noise_threshold`, rounded down to a square.
         pub min_samples: u32 = 16,
         /// Whether noise is filtered out of the finished picture, by what its pixels show.
-        pub denoise: bool = false,
+        pub denoise: bool = false => Film,
         /// Factor of `environment` or `sky`, 0 and up.
-        pub environment_intensity: f64 = 1.0,
+        pub environment_intensity: f64 = 1.0 => EmittedColor,
         /// Degrees about y that `environment` is turned by, counter-clockwise seen from above.
         pub environment_rotation: f64 = 0.0,
         /// A sky where there is no `environment`: colours straight up, at the horizon and straight down, linear.
@@ -177,6 +184,26 @@ impl Render {
         self.denoise || self.noise_threshold.is_some() || self.aovs.contains(&Aov::Variance)
     }
 
+    /// The one field of those of class [`EmittedColor`](super::FieldClass::EmittedColor) that the brightness of the surroundings is
+    /// proportional to, and its value; the other one does not count.
+    pub fn environment_color(&self) -> (&'static str, DVec3) {
+        if self.environment.is_some() || self.sky.is_some() {
+            ("environment_intensity", DVec3::splat(self.environment_intensity))
+        } else {
+            ("background", self.background)
+        }
+    }
+
+    /// The settings with another value of the field that [`Self::environment_color`] names.
+    pub fn with_environment_color(mut self, color: DVec3) -> Self {
+        if self.environment.is_some() || self.sky.is_some() {
+            self.environment_intensity = color.x;
+        } else {
+            self.background = color;
+        }
+        self
+    }
+
     /// Full width of the reconstruction filter in pixels.
     pub fn filter_width(&self) -> f64 {
         self.filter_width.unwrap_or(self.filter.usual_width())
@@ -206,7 +233,9 @@ impl Render {
     pub fn moments(&self) -> u32 {
         match self.integrator {
             Integrator::Whitted => 1,
-            _ => self.shutter_slices.min(self.strata() * self.strata()),
+            Integrator::Distribution | Integrator::Path | Integrator::Photon => {
+                self.shutter_slices.min(self.strata() * self.strata())
+            }
         }
     }
 }

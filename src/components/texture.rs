@@ -29,6 +29,7 @@ choice! {
 choice! {
     /// What lies beyond the edges of a picture.
     pub enum Wrap {
+        /// The picture again.
         Repeat,
         /// Every other copy is mirrored.
         Mirror,
@@ -67,7 +68,9 @@ choice! {
     pub enum Encoding {
         /// `Srgb` for colours, `Linear` for everything else and where the picture is written with `transfer: Linear`.
         Auto,
+        /// The sRGB curve.
         Srgb,
+        /// Linear values.
         Linear,
     }
 }
@@ -80,6 +83,7 @@ record! {
     pub struct Texture {
         /// Image file (PNG, JPEG, HDR), relative to the scene; its alpha is ignored. Either this or `pattern`.
         pub image: Option<Text> = None,
+        /// A procedural texture; either this or `image`.
         pub pattern: Option<Pattern> = None,
         /// Colours of the pattern, linear, two or more (`Checker`: two).
         pub colors: Vec<DVec3> = vec![DVec3::ZERO, DVec3::ONE],
@@ -97,6 +101,7 @@ record! {
         pub wrap: Wrap = Wrap::Repeat,
         /// Factor of the colour, linear.
         pub tint: DVec3 = DVec3::ONE,
+        /// How it is reduced to the area that a ray stands for.
         pub filter: TexelFilter = TexelFilter::Mip,
         /// `Uv` for pictures (which have no other), `Checker` and `Stripes`, else `Object`.
         pub space: Option<Space> = None,
@@ -125,7 +130,7 @@ impl Texture {
         self.turbulence.unwrap_or(match self.pattern {
             Some(Pattern::Marble) => 0.5,
             Some(Pattern::Wood) => 0.1,
-            _ => 0.0,
+            None | Some(Pattern::Checker | Pattern::Stripes | Pattern::Noise) => 0.0,
         })
     }
 
@@ -148,7 +153,7 @@ impl Check for Texture {
             (Some(_), None) if self.layout() != Space::Uv => {
                 return fail("space", "an `image` is laid out by `Uv`; `Object` and `World` are for patterns");
             }
-            _ => {}
+            (Some(_), None) | (None, Some(_)) => {}
         }
         let most = if self.pattern == Some(Pattern::Checker) { 2 } else { limits::PATTERN_COLORS };
         if !(2..=most).contains(&self.colors.len()) {

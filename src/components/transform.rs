@@ -123,6 +123,19 @@ impl Motion {
     }
 }
 
+/// The map from an entity's local space to the world, if its parent's is `above`: the one rule for where things stand.
+/// The displacement of its motion is in world space.
+pub fn placement_below(above: DAffine3, transform: Option<&Transform>, motion: Option<&Motion>, time: f64) -> DAffine3 {
+    let mut matrix = above;
+    if let Some(transform) = transform {
+        matrix *= transform.matrix();
+    }
+    if let Some(motion) = motion {
+        matrix.translation += motion.at(time);
+    }
+    matrix
+}
+
 impl Check for Motion {
     fn check(&self) -> Result<(), Invalid> {
         position("displacement", self.displacement)?;

@@ -1,5 +1,6 @@
 //! What a field can hold while it travels between RON, Rhai and the component structs.
 
+use std::fmt;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -12,12 +13,19 @@ pub type Text = Arc<str>;
 pub enum Value {
     /// No value: an optional field that is not set.
     Unit,
+    /// True or false.
     Bool(bool),
+    /// A whole number.
     Int(i64),
+    /// A number.
     Number(f64),
+    /// A text, or one word out of a few.
     Text(Text),
+    /// A vector, point or colour.
     Vec3(DVec3),
+    /// Values in order.
     List(Vec<Value>),
+    /// Fields of a nested record, by name.
     Map(Vec<(Text, Value)>),
 }
 
@@ -46,14 +54,41 @@ impl Value {
     }
 }
 
+/// The value on one line without spaces, but for those in texts: `[1,2,3]`, `"a b"`, `{a=1}`; texts of one word stand
+/// without quotes.
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Unit => f.write_str("none"),
+            Value::Bool(b) => write!(f, "{b}"),
+            Value::Int(i) => write!(f, "{i}"),
+            Value::Number(x) => write!(f, "{x}"),
+            Value::Text(t) if t.chars().all(|c| c.is_alphanumeric() || "_-./".contains(c)) => f.write_str(t),
+            Value::Text(t) => write!(f, "{t:?}"),
+            Value::Vec3(v) => write!(f, "[{},{},{}]", v.x, v.y, v.z),
+            Value::List(items) => {
+                let items: Vec<String> = items.iter().map(Value::to_string).collect();
+                write!(f, "[{}]", items.join(","))
+            }
+            Value::Map(entries) => {
+                let entries: Vec<String> = entries.iter().map(|(key, value)| format!("{key}={value}")).collect();
+                write!(f, "{{{}}}", entries.join(","))
+            }
+        }
+    }
+}
+
 /// A value of the wrong shape: what was expected, what was found, and perhaps the nearest right word.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mismatch {
+    /// What was expected, and what was found.
     pub message: String,
+    /// The nearest right word.
     pub help: Option<String>,
 }
 
 impl Mismatch {
+    /// For a value that is not what was expected.
     pub fn new(expected: &str, found: &Value) -> Self {
         Mismatch { message: format!("expected {expected}, found {}", found.describe()), help: None }
     }
@@ -61,6 +96,7 @@ impl Mismatch {
 
 /// A type that a component field may have.
 pub trait FieldValue: Sized {
+    /// The value, free of its type.
     fn to_value(&self) -> Value;
     /// # Errors
     /// [`Mismatch`] if the value has another shape; ranges are checked by the component, not here.

@@ -97,6 +97,7 @@ impl PixelAccumulator {
         self.features[pixel].add(feature, off_center);
     }
 
+    /// What the samples of a pixel met first, if that is wanted.
     pub fn feature(&self, pixel: usize) -> Option<&FeatureSum> {
         self.features.get(pixel)
     }

@@ -20,6 +20,7 @@ pub struct Feature {
     pub motion: Vec2,
     /// Authored indices, from 0.
     pub entity: u32,
+    /// As `entity`; the default material comes after the authored ones.
     pub material: u32,
 }
 
@@ -97,10 +98,12 @@ pub struct Layers {
     pub position: Vec<[f32; 3]>,
     /// Means over all samples: zero for those that met nothing.
     pub normal: Vec<[f32; 3]>,
+    /// Means over all samples: zero for those that met nothing.
     pub albedo: Vec<[f32; 3]>,
     /// Authored number, counted from 1, of the entity and of the material that the sample nearest to the pixel's centre
     /// met; 0 if it met nothing. The default material comes after the last authored one.
     pub entity: Vec<u32>,
+    /// As `entity`.
     pub material: Vec<u32>,
     /// What that sample met has moved since the frame before, in pixels to the right and up; zero if it met nothing.
     pub motion: Vec<[f32; 2]>,

@@ -19,13 +19,18 @@ pub use tone::DisplayTransform;
 /// Linear RGB pixels of any size, top row first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
+    /// In pixels.
     pub width: u32,
+    /// In pixels.
     pub height: u32,
+    /// Top row first.
     pub pixels: Vec<[f32; 3]>,
+    /// What the pixels show, as far as it was asked for.
     pub layers: Layers,
 }
 
 impl Film {
+    /// A black film without layers.
     pub fn new(width: u32, height: u32) -> Self {
         let pixels = vec![[0.0; 3]; width as usize * height as usize];
         Film { width, height, pixels, layers: Layers::default() }

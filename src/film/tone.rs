@@ -18,6 +18,7 @@ pub struct DisplayTransform {
 const BRIGHTEST: f32 = 1e6;
 
 impl DisplayTransform {
+    /// The transform that the settings ask for.
     pub fn new(render: &Render) -> Self {
         let gain = libm::exp2(render.exposure) as f32;
         DisplayTransform { gain, tone_map: render.tone_map, transfer: render.transfer }
@@ -35,6 +36,7 @@ impl DisplayTransform {
         }
     }
 
+    /// A channel of 8 bits, from an exposed value.
     pub fn byte(&self, x: f32) -> u8 {
         match self.transfer {
             Transfer::Srgb => srgb_byte(x),
@@ -42,6 +44,7 @@ impl DisplayTransform {
         }
     }
 
+    /// A channel of 16 bits, from an exposed value.
     pub fn word(&self, x: f32) -> u16 {
         (self.encode(x) * 65535.0 + 0.5) as u16
     }

@@ -189,7 +189,7 @@ pub fn load_all(scene: &mut Scene) -> Vec<Problem> {
         }
     }
     for (index, desc) in entities.iter().enumerate() {
-        if let Some(Component::Texture(texture)) = desc.get(Kind::Texture) {
+        if let Some(texture) = desc.component::<Texture>() {
             read(component_path(index, Kind::Texture), texture, true);
         }
     }

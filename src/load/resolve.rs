@@ -10,16 +10,21 @@ use crate::components::*;
 /// Something wrong in a scene, and the path to it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
+    /// Steps from the scene to the value.
     pub path: Vec<Step>,
+    /// What was found, and what was expected.
     pub message: String,
+    /// What to do about it.
     pub help: Option<String>,
 }
 
 impl Problem {
+    /// A problem without help.
     pub fn new(path: Vec<Step>, message: impl Into<String>) -> Self {
         Problem { path, message: message.into(), help: None }
     }
 
+    /// With what to do about it.
     pub fn help(self, help: Option<String>) -> Self {
         Problem { help, ..self }
     }
@@ -34,6 +39,7 @@ impl Problem {
     }
 }
 
+/// The step to a field.
 pub fn key(name: &str) -> Step {
     Step::Key(name.to_string())
 }
@@ -91,7 +97,7 @@ fn references(scene: &Scene, problems: &mut Vec<Problem>) {
     }
     let materials: FxHashSet<&str> = scene.materials.iter().map(|(name, _)| &**name).collect();
     for (i, desc) in scene.entities.iter().enumerate() {
-        if let Some(Component::MaterialName(material)) = desc.get(Kind::MaterialName)
+        if let Some(material) = desc.component::<MaterialName>()
             && !materials.contains(&*material.0)
         {
             let help = suggestion(&material.0, scene.materials.iter().map(|(name, _)| &**name));
@@ -118,10 +124,7 @@ fn references(scene: &Scene, problems: &mut Vec<Problem>) {
 }
 
 fn parent(desc: &EntityDesc) -> Option<&str> {
-    match desc.get(Kind::Transform) {
-        Some(Component::Transform(transform)) => transform.parent.as_deref(),
-        _ => None,
-    }
+    desc.component::<Transform>().and_then(|transform| transform.parent.as_deref())
 }
 
 /// Chains of parents that lead back to themselves or on for too long; each is reported once.

@@ -7,8 +7,11 @@ use crate::base::limits;
 /// A value and where it stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SyntaxNode {
+    /// Offset of its first byte.
     pub start: usize,
+    /// Offset behind its last byte.
     pub end: usize,
+    /// Elements or fields, in the order of the text.
     pub children: Vec<SyntaxField>,
 }
 
@@ -17,26 +20,34 @@ pub struct SyntaxNode {
 pub struct SyntaxField {
     /// The key as it is meant: without quotes.
     pub key: Option<String>,
+    /// Offset of the first byte of the key, or of the value if there is none.
     pub key_start: usize,
+    /// Offset behind the key.
     pub key_end: usize,
+    /// The element, or what stands behind the key.
     pub value: SyntaxNode,
 }
 
 /// A text that is not even brackets in order.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Broken {
+    /// Offset of the mistake.
     pub at: usize,
+    /// What is wrong there.
     pub message: String,
 }
 
 /// A step down the tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Step {
+    /// To the field of this name.
     Key(String),
+    /// To this element, from 0.
     Index(usize),
 }
 
 impl SyntaxNode {
+    /// The field of a name, if it is there.
     pub fn field(&self, key: &str) -> Option<&SyntaxField> {
         self.children.iter().find(|child| child.key.as_deref() == Some(key))
     }

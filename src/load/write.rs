@@ -7,10 +7,14 @@ use ::ron::ser::PrettyConfig;
 use serde::Serialize;
 
 use super::ron::options;
+use crate::base::diagnostics::Diagnostic;
 use crate::components::*;
 
 /// The scene as RON; file names in it are made relative to `target` if that is another folder than the scene's.
-pub fn to_ron(scene: &Scene, target: Option<&Path>) -> String {
+///
+/// # Errors
+/// A value that RON cannot hold, which is a mistake of the program.
+pub fn to_ron(scene: &Scene, target: Option<&Path>) -> Result<String, Diagnostic> {
     let rebase = |file: &Text| -> Text {
         match target {
             Some(target) if *target != *scene.base => relative(&scene.base.join(&**file), target).into(),
@@ -20,50 +24,52 @@ pub fn to_ron(scene: &Scene, target: Option<&Path>) -> String {
     let mut render = scene.render.clone();
     render.environment = render.environment.as_ref().map(rebase);
     let mut out = String::from("(\n");
-    section(&mut out, "camera", &scene.camera, &Camera::default());
-    section(&mut out, "render", &render, &Render::default());
+    section(&mut out, "camera", &scene.camera, &Camera::default())?;
+    section(&mut out, "render", &render, &Render::default())?;
     if !scene.materials.is_empty() {
         out.push_str("    materials: {\n");
         for (name, material) in &scene.materials {
             let mut material = material.clone();
             material.images().for_each(|image| *image = rebase(image));
-            let _ = writeln!(out, "        {}: {},", line(name), line(&material));
+            let _ = writeln!(out, "        {}: {},", line(name)?, line(&material)?);
         }
         out.push_str("    },\n");
     }
     if !scene.entities.is_empty() {
         out.push_str("    entities: [\n");
         for desc in &scene.entities {
-            let _ = writeln!(out, "        {},", line(&rebased(desc, &rebase)));
+            let _ = writeln!(out, "        {},", line(&rebased(desc, &rebase))?);
         }
         out.push_str("    ],\n");
     }
     out.push_str(")\n");
-    out
+    Ok(out)
 }
 
-fn section<T: Serialize + PartialEq>(out: &mut String, name: &str, value: &T, default: &T) {
+fn section<T: Serialize + PartialEq>(out: &mut String, name: &str, value: &T, default: &T) -> Result<(), Diagnostic> {
     if value != default {
-        let _ = writeln!(out, "    {name}: {},", line(value));
+        let _ = writeln!(out, "    {name}: {},", line(value)?);
     }
+    Ok(())
 }
 
 /// A value on one line, with spaces after commas and colons.
-fn line<T: Serialize + ?Sized>(value: &T) -> String {
+fn line<T: Serialize + ?Sized>(value: &T) -> Result<String, Diagnostic> {
     let config = PrettyConfig::new().depth_limit(0).separate_tuple_members(false).compact_arrays(true);
     // Plain structs of numbers and texts are always writable.
-    options().to_string_pretty(value, config).unwrap_or_default()
+    let failed = |error: ::ron::Error| Diagnostic::bug(format!("a scene cannot be written as RON: {error}"));
+    options().to_string_pretty(value, config).map_err(failed)
 }
 
 fn rebased<'a>(desc: &'a EntityDesc, rebase: &impl Fn(&Text) -> Text) -> std::borrow::Cow<'a, EntityDesc> {
     let mut desc = std::borrow::Cow::Borrowed(desc);
-    if let Some(Component::Mesh(mesh)) = desc.get(Kind::Mesh)
+    if let Some(mesh) = desc.component::<Mesh>()
         && let Some(file) = &mesh.file
     {
         let moved = Mesh { file: Some(rebase(file)), ..mesh.clone() };
         desc.to_mut().put(moved.into());
     }
-    if let Some(Component::Texture(texture)) = desc.get(Kind::Texture) {
+    if let Some(texture) = desc.component::<Texture>() {
         let moved = Texture { image: texture.image.as_ref().map(rebase), ..texture.clone() };
         desc.to_mut().put(moved.into());
     }

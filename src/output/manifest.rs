@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
+use super::metadata::{Provenance, hex};
 use super::write_atomic;
 use crate::base::digest::Digest;
 use crate::base::{files, limits};
@@ -18,24 +19,15 @@ use crate::base::{files, limits};
 /// Name of the manifest in its folder.
 pub const NAME: &str = ".anim-manifest.jsonl";
 
-/// What a frame's file holds, beside its pixels.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Provenance {
-    /// File name of the script or scene.
-    pub source: String,
-    pub frame: u32,
-    /// Digest of all that decides the pixels.
-    #[serde(with = "hex")]
-    pub hash: Digest,
-}
-
 /// A file that was written.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Entry {
     /// Relative to the manifest's folder.
     pub file: String,
+    /// What the file holds.
     #[serde(flatten)]
     pub provenance: Provenance,
+    /// Its length.
     pub bytes: u64,
     /// Digest of the file's bytes.
     #[serde(with = "hex")]
@@ -56,21 +48,6 @@ impl Entry {
             let (known, input) = (Path::new(known), Path::new(input));
             !known.ends_with(input) && !input.ends_with(known)
         })
-    }
-}
-
-mod hex {
-    use serde::de::Error;
-    use serde::{Deserialize, Deserializer, Serializer};
-
-    use crate::base::digest::Digest;
-
-    pub fn serialize<S: Serializer>(digest: &Digest, s: S) -> Result<S::Ok, S::Error> {
-        s.collect_str(digest)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Digest, D::Error> {
-        String::deserialize(d)?.parse().map_err(|()| D::Error::custom("not a digest"))
     }
 }
 
@@ -100,7 +77,7 @@ impl Manifest {
         let is_torn = !text.is_empty() && !text.ends_with('\n');
         if is_torn || lines > 4 * manifest.entries.len() + 1_000 {
             // Where it cannot be written, the old one still serves.
-            let _ = write_atomic(&path, manifest.text().as_bytes());
+            let _ = manifest.text().map(|text| write_atomic(&path, text.as_bytes()));
         }
         manifest
     }
@@ -110,6 +87,7 @@ impl Manifest {
         &self.input
     }
 
+    /// The last line about a file.
     pub fn get(&self, file: &Path) -> Option<&Entry> {
         self.entries.get(&self.key(file))
     }
@@ -129,23 +107,22 @@ impl Manifest {
             input: Some(self.input.clone()).filter(|input| !input.is_empty()),
         };
         let mut log = OpenOptions::new().append(true).create(true).open(self.folder.join(NAME))?;
-        log.write_all(line(&entry).as_bytes())
+        log.write_all(line(&entry)?.as_bytes())
     }
 
     fn key(&self, file: &Path) -> String {
         file.strip_prefix(&self.folder).unwrap_or(file).to_string_lossy().into_owned()
     }
 
-    fn text(&self) -> String {
+    fn text(&self) -> std::io::Result<String> {
         let mut entries: Vec<&Entry> = self.entries.values().collect();
         entries.sort_by(|a, b| a.file.cmp(&b.file));
         entries.into_iter().map(line).collect()
     }
 }
 
-fn line(entry: &Entry) -> String {
-    // A struct of plain fields is always JSON.
-    serde_json::to_string(entry).map(|json| json + "\n").unwrap_or_default()
+fn line(entry: &Entry) -> std::io::Result<String> {
+    Ok(serde_json::to_string(entry)? + "\n")
 }
 
 #[cfg(test)]

@@ -1,23 +1,26 @@
-//! Pictures on disk: PNG and EXR with metadata, names of frames, atomic writes, and what is there already.
+//! Pictures on disk: formats with metadata, names of frames, atomic writes, and what is there already.
 //!
 //! What is written depends on the picture and its making alone: no time stamps, no paths, no machine. A file appears
 //! under its final name only when it is whole, and a [`manifest`] beside it knew of it a moment before.
+//!
+//! [`formats`] holds the table of picture formats; to add one touches that table and a file of its own.
 
-mod attributes;
-mod chunks;
 mod exr;
+pub mod format;
+pub mod formats;
 pub mod manifest;
+pub mod metadata;
 pub mod names;
 mod png;
 mod state;
 
+pub use format::{Decoded, Format, PictureHeader};
+pub use metadata::{Metadata, Provenance, frame_metadata, provenance_metadata};
+pub use state::{FileState, inspect, relabelled};
+
 use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::Path;
-
-pub use exr::{ExrFile, encode_exr, is_exr, read_exr, read_exr_header};
-pub use png::{Metadata, encode_png, read_png_metadata, settings_text};
-pub use state::{FileState, inspect, provenance_metadata, relabelled};
 
 use crate::base::diagnostics::Diagnostic;
 

@@ -2,6 +2,9 @@
 
 use std::path::{Component, Path, PathBuf};
 
+use super::format::Format;
+use super::formats::FORMATS;
+
 /// Where pictures go.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Target {
@@ -10,7 +13,14 @@ pub enum Target {
     /// One file, for one frame, in a folder of frames.
     Still(PathBuf),
     /// A file per frame: the text before the number, its least number of digits, and the text after it.
-    Pattern { before: String, digits: usize, after: String },
+    Pattern {
+        /// The text before the number, folders included.
+        before: String,
+        /// Least number of digits.
+        digits: usize,
+        /// The text after the number, with the ending.
+        after: String,
+    },
 }
 
 impl Target {
@@ -50,6 +60,7 @@ impl Target {
 /// # Errors
 /// What is wrong with `-o`, and what to write instead.
 pub fn resolve(out: Option<&str>, name: &str, sequence: Option<u32>, frames: usize) -> Result<Target, String> {
+    let usual = FORMATS[0].extensions[0];
     let least = sequence.map_or(1, |last| last.to_string().len());
     let in_folder = |folder: &str| {
         // A script called `...rhai` has the name `..`, which would lead out of the folder.
@@ -60,8 +71,8 @@ pub fn resolve(out: Option<&str>, name: &str, sequence: Option<u32>, frames: usi
         let folder = if folder.len() > 1 { folder.trim_end_matches(['/', '\\']) } else { folder };
         let file = Path::new(folder).join(name).to_string_lossy().into_owned();
         Ok(match sequence {
-            Some(_) => Target::Pattern { before: format!("{file}."), digits: least.max(4), after: ".png".into() },
-            None => Target::Still(format!("{file}.png").into()),
+            Some(_) => Target::Pattern { before: format!("{file}."), digits: least.max(4), after: format!(".{usual}") },
+            None => Target::Still(format!("{file}.{usual}").into()),
         })
     };
     let Some(out) = out else {
@@ -82,8 +93,8 @@ pub fn resolve(out: Option<&str>, name: &str, sequence: Option<u32>, frames: usi
     });
     if let Some((start, digits)) = hashes {
         let (before, after) = (&out[..start], &out[start + digits..]);
-        let after = if after.contains('.') { after.to_string() } else { format!("{after}.png") };
-        return known(&after).map(|()| Target::Pattern {
+        let after = if after.contains('.') { after.to_string() } else { format!("{after}.{usual}") };
+        return known(&format!("frame{after}")).map(|()| Target::Pattern {
             before: before.to_string(),
             digits: digits.max(least),
             after: after.clone(),
@@ -97,14 +108,14 @@ pub fn resolve(out: Option<&str>, name: &str, sequence: Option<u32>, frames: usi
     }
     known(out)?;
     if frames > 1 {
-        let (stem, ending) = out.split_at(out.len() - ".png".len());
+        let (stem, ending) = out.split_at(out.rfind('.').unwrap_or(out.len()));
         return Err(format!("-o {out}: {frames} frames need a number in their name, as in {stem}.####{ending}"));
     }
     Ok(Target::File(out.into()))
 }
 
 /// Endings of pictures and films that some program writes: a name with another ending is that of a folder, as `v1.2` is.
-const FORMATS: [&str; 72] = [
+const ENDINGS: [&str; 72] = [
     "png", "exr", "jpg", "jpeg", "jpe", "jfif", "gif", "bmp", "dib", "tif", "tiff", "webp", "hdr", "pic", "rgbe",
     "tga", "ppm", "pgm", "pbm", "pnm", "pam", "pfm", "dds", "ico", "avif", "heic", "heif", "jxl", "jp2", "j2k", "jpf",
     "jxr", "qoi", "ff", "psd", "svg", "pdf", "ps", "eps", "cin", "dpx", "sgi", "rgb", "iff", "pcx", "xpm", "xbm",
@@ -114,7 +125,7 @@ const FORMATS: [&str; 72] = [
 
 fn names_a_format(out: &str) -> bool {
     let ending = Path::new(out).extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    ending.is_some_and(|ending| FORMATS.contains(&ending.as_str()))
+    ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
 }
 
 /// What a name with a number as other programs write it, `%04d`, is here.
@@ -132,20 +143,12 @@ fn is_plain(name: &str) -> bool {
     matches!(parts[..], [Component::Normal(part)] if part == name)
 }
 
+/// Sees to it that pictures can be written under a name.
 fn known(name: &str) -> Result<(), String> {
-    if ends_with(name, ".png") || ends_with(name, ".exr") {
-        return Ok(());
+    match Format::of_path(Path::new(name)) {
+        Some(_) => Ok(()),
+        None => Err(format!("-o: pictures are written as {}, not `{name}`", Format::known_extensions())),
     }
-    Err(format!("-o: pictures are written as .png or .exr, not `{name}`"))
-}
-
-/// Whether a file's name says that it is an OpenEXR file.
-pub fn is_exr(path: &Path) -> bool {
-    ends_with(&path.to_string_lossy(), ".exr")
-}
-
-fn ends_with(name: &str, ending: &str) -> bool {
-    name.to_lowercase().ends_with(ending)
 }
 
 #[cfg(test)]

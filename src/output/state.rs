@@ -3,11 +3,9 @@
 use std::io::ErrorKind;
 use std::path::Path;
 
-use super::chunks::checked_metadata;
-use super::exr::{exr_pixels, is_exr, read_exr, read_exr_header};
-use super::manifest::{Entry, Provenance};
-use super::png::{png_pixels, read_png_metadata};
-use super::{Metadata, attributes, chunks};
+use super::format::Format;
+use super::manifest::Entry;
+use super::metadata::{HASH, Metadata, PIXELS, Provenance, provenance_metadata, text_under};
 use crate::base::digest::Digest;
 use crate::base::{files, limits};
 
@@ -18,6 +16,7 @@ pub enum FileState {
     Done,
     /// A picture of another content, as an edit leaves it.
     Stale,
+    /// There is no file.
     Missing,
     /// A frame once, but damaged.
     Corrupt,
@@ -26,6 +25,7 @@ pub enum FileState {
 }
 
 impl FileState {
+    /// The word for it in reports.
     pub fn word(self) -> &'static str {
         match self {
             FileState::Done => "done",
@@ -37,31 +37,30 @@ impl FileState {
     }
 }
 
-/// The notes by which a picture says what it is; a frame's file starts with them.
-pub fn provenance_metadata(provenance: &Provenance) -> Metadata {
-    let note = |keyword: &str, text: String| (keyword.to_string(), text);
-    vec![
-        note("Software", concat!("anim ", env!("CARGO_PKG_VERSION")).into()),
-        note("Source", provenance.source.clone()),
-        note("Frame", provenance.frame.to_string()),
-        note("Hash", provenance.hash.to_string()),
-    ]
-}
-
 /// The file of a frame made from that of one with the same pixels: to the byte what rendering it would give.
 ///
 /// `None` if the file is not a whole picture of the same content.
 pub fn relabelled(bytes: &[u8], provenance: &Provenance) -> Option<Vec<u8>> {
-    let (metadata, wanted) = (metadata_of_whole_file(bytes)?, provenance_metadata(provenance));
-    let is_same = note(&metadata, "Hash") == Some(provenance.hash.to_string().as_str());
-    if !is_same || note(&metadata, PIXELS).map(str::to_string) != pixels_of(bytes) {
-        return None;
-    }
-    if is_exr(bytes) {
-        attributes::with_metadata(bytes, &metadata, &wanted)
-    } else {
-        chunks::with_metadata(bytes, &wanted)
-    }
+    let format = Format::of_bytes(bytes)?;
+    let metadata = (format.checked_metadata)(bytes)?;
+    let is_same = hash_of(&metadata) == Some(provenance.hash.to_string().as_str());
+    let is_untouched = text_under(&metadata, PIXELS).is_some_and(|said| pixels_of(bytes).as_deref() == Some(said));
+    (is_same && is_untouched).then(|| (format.relabel)(bytes, &metadata, &provenance_metadata(provenance)))?
+}
+
+fn hash_of(metadata: &Metadata) -> Option<&str> {
+    text_under(metadata, HASH)
+}
+
+/// What a file says of its pixels, without a look at them.
+pub(super) fn pixels_note(bytes: &[u8]) -> Option<String> {
+    let header = (Format::of_bytes(bytes)?.read_header)(bytes).ok()?;
+    text_under(&header.metadata, PIXELS).map(str::to_string)
+}
+
+/// The digest of a file's pixels as they are.
+fn pixels_of(bytes: &[u8]) -> Option<String> {
+    (Format::of_bytes(bytes)?.pixels)(bytes).map(|digest| digest.to_string())
 }
 
 /// Looks at all bytes of the file: time stamps are not trusted.
@@ -82,52 +81,21 @@ pub fn inspect(path: &Path, known: Option<&Entry>, wanted: &Provenance, input: &
     if let Some(entry) = recorded {
         return if entry.provenance == *wanted { FileState::Done } else { FileState::Stale };
     }
-    match metadata_of_whole_file(&bytes) {
+    let format = Format::of_bytes(&bytes);
+    match format.and_then(|format| (format.checked_metadata)(&bytes)) {
         Some(metadata) if metadata.starts_with(&provenance_metadata(wanted)) => {
-            let said = note(&metadata, PIXELS);
+            let said = text_under(&metadata, PIXELS);
             let contradicts = known.is_some_and(|entry| entry.provenance == *wanted && entry.pixels.as_deref() != said);
-            if said.is_some() && !contradicts && pixels_of(&bytes).as_deref() == said {
-                FileState::Done
-            } else {
-                FileState::Stale
-            }
+            let is_untouched = said.is_some() && !contradicts && pixels_of(&bytes).as_deref() == said;
+            if is_untouched { FileState::Done } else { FileState::Stale }
         }
-        Some(metadata) if metadata.iter().any(|(keyword, _)| keyword == "Hash") => FileState::Stale,
+        Some(metadata) if hash_of(&metadata).is_some() => FileState::Stale,
         Some(_) => FileState::Foreign,
-        None if known.is_some() || read_png_metadata(&bytes).is_some() || read_exr_header(&bytes).is_ok() => {
+        None if known.is_some() || format.is_some_and(|format| (format.read_header)(&bytes).is_ok()) => {
             FileState::Corrupt
         }
         None => FileState::Foreign,
     }
-}
-
-/// The keyword of the digest of a picture's pixels.
-pub const PIXELS: &str = "Pixels";
-
-fn note<'a>(metadata: &'a Metadata, keyword: &str) -> Option<&'a str> {
-    metadata.iter().find(|(known, _)| known == keyword).map(|(_, text)| text.as_str())
-}
-
-/// What a file says of its pixels, without a look at them.
-pub fn pixels_note(bytes: &[u8]) -> Option<String> {
-    let metadata = if is_exr(bytes) { read_exr_header(bytes).ok()?.metadata } else { read_png_metadata(bytes)?.1 };
-    note(&metadata, PIXELS).map(str::to_string)
-}
-
-/// The digest of a file's pixels as they are.
-fn pixels_of(bytes: &[u8]) -> Option<String> {
-    let digest = if is_exr(bytes) { exr_pixels(bytes) } else { png_pixels(bytes) };
-    digest.map(|digest| digest.to_string())
-}
-
-/// The notes of a picture that is whole. Of an EXR file all blocks are unpacked, since the sums that tell damage are
-/// inside of them.
-fn metadata_of_whole_file(bytes: &[u8]) -> Option<Metadata> {
-    if !is_exr(bytes) {
-        return checked_metadata(bytes);
-    }
-    read_exr(bytes).ok()?;
-    read_exr_header(bytes).ok().map(|file| file.metadata)
 }
 
 #[cfg(test)]
@@ -135,7 +103,7 @@ mod tests {
     use super::*;
     use crate::components::Render;
     use crate::film::Film;
-    use crate::output::{encode_exr, encode_png};
+    use crate::output::{exr::EXR, png::PNG};
 
     #[test]
     fn damage_anywhere_is_seen_with_and_without_a_manifest() {
@@ -143,7 +111,7 @@ mod tests {
         let path = folder.path().join("a.png");
         let provenance = Provenance { source: "a.rhai".into(), frame: 3, hash: Digest(77) };
         let film = Film { pixels: vec![[0.1, 0.5, 0.9]; 6], ..Film::new(3, 2) };
-        let bytes = encode_png(&film, &Render::default(), &provenance_metadata(&provenance)).unwrap();
+        let bytes = (PNG.encode)(&film, &Render::default(), &provenance_metadata(&provenance)).unwrap();
         let entry = Entry {
             file: "a.png".into(),
             provenance: provenance.clone(),
@@ -168,13 +136,13 @@ mod tests {
             assert_ne!(looks(&[&bytes[..], b"x"].concat(), known), FileState::Done);
         }
         let other = Provenance { hash: Digest(78), ..provenance.clone() };
-        let edited = encode_png(&film, &Render::default(), &provenance_metadata(&other)).unwrap();
+        let edited = (PNG.encode)(&film, &Render::default(), &provenance_metadata(&other)).unwrap();
         assert_eq!(looks(&edited, None), FileState::Stale);
         assert_eq!(looks(&edited, Some(&entry)), FileState::Stale);
         let another_frame = Provenance { frame: 4, ..provenance.clone() };
-        let relabelled = encode_png(&film, &Render::default(), &provenance_metadata(&another_frame)).unwrap();
+        let relabelled = (PNG.encode)(&film, &Render::default(), &provenance_metadata(&another_frame)).unwrap();
         assert_eq!(looks(&relabelled, None), FileState::Stale);
-        let plain = encode_png(&film, &Render::default(), &Metadata::new()).unwrap();
+        let plain = (PNG.encode)(&film, &Render::default(), &Metadata::new()).unwrap();
         assert_eq!(looks(&plain, None), FileState::Foreign);
         std::fs::remove_file(&path).unwrap();
         std::fs::create_dir(&path).unwrap();
@@ -188,7 +156,7 @@ mod tests {
         let provenance = Provenance { source: "a.rhai".into(), frame: 3, hash: Digest(77) };
         let pixels = (0..2400).map(|i| [i as f32 / 7.0, 1.0 / (i + 1) as f32, 0.5]).collect();
         let film = Film { pixels, ..Film::new(60, 40) };
-        let bytes = encode_exr(&film, &Render::default(), &provenance_metadata(&provenance)).unwrap();
+        let bytes = (EXR.encode)(&film, &Render::default(), &provenance_metadata(&provenance)).unwrap();
         let looks = |bytes: &[u8]| {
             std::fs::write(&path, bytes).unwrap();
             inspect(&path, None, &provenance, "a.rhai")
@@ -202,7 +170,7 @@ mod tests {
         }
         let other = Provenance { hash: Digest(78), ..provenance.clone() };
         assert_eq!(
-            looks(&encode_exr(&film, &Render::default(), &provenance_metadata(&other)).unwrap()),
+            looks(&(EXR.encode)(&film, &Render::default(), &provenance_metadata(&other)).unwrap()),
             FileState::Stale
         );
     }

@@ -11,6 +11,7 @@ use super::overlay::{Marks, Overlay};
 use super::random::Generator;
 use crate::base::diagnostics::suggestion;
 use crate::base::limits;
+use crate::components::transform::placement_below;
 use crate::components::*;
 
 /// The scene as a script sees it.
@@ -18,6 +19,8 @@ use crate::components::*;
 pub struct SceneHandle {
     overlay: Arc<Mutex<Overlay>>,
     rng: Generator,
+    /// The time that entities with `motion` go by, in the units of the camera's shutter.
+    time: f64,
 }
 
 /// The entities of a scene by name: `s.get("hero")`.
@@ -54,8 +57,8 @@ const TRANSFORM_FIELDS: [&str; 4] = ["translation", "rotation", "scale", "parent
 const ANGLES: [(&str, usize); 3] = [("pitch", 0), ("yaw", 1), ("roll", 2)];
 
 impl SceneHandle {
-    pub fn new(overlay: Overlay, seed: u64) -> Self {
-        SceneHandle { overlay: Arc::new(Mutex::new(overlay)), rng: Generator::new(seed) }
+    pub fn new(overlay: Overlay, seed: u64, time: f64) -> Self {
+        SceneHandle { overlay: Arc::new(Mutex::new(overlay)), rng: Generator::new(seed), time }
     }
 
     fn lock(&self) -> MutexGuard<'_, Overlay> {
@@ -146,18 +149,18 @@ impl SceneHandle {
         Ok(entity)
     }
 
-    /// World position of an entity, its parents included; for `rack`.
+    /// World position of an entity at the moment that the script is called for, its parents and `motion` included: the
+    /// place that a `focus` on it has.
     pub fn position(&self, name: &str) -> Fallible<DVec3> {
         let start = self.clone().get(name)?.index;
         let overlay = self.lock();
-        let mut placement = DAffine3::IDENTITY;
-        let mut at = Some(start);
-        for _ in 0..limits::HIERARCHY_DEPTH {
-            let Some(index) = at else { break };
-            let Some(Component::Transform(transform)) = overlay.component(index, Kind::Transform) else { break };
-            placement = transform.matrix() * placement;
-            at = transform.parent.as_deref().and_then(|parent| overlay.find(parent));
-        }
+        let transform = |index| overlay.component(index, Kind::Transform).and_then(Transform::of);
+        let parent = |index: &usize| transform(*index)?.parent.as_deref().and_then(|parent| overlay.find(parent));
+        let chain: Vec<usize> = std::iter::successors(Some(start), parent).take(limits::HIERARCHY_DEPTH).collect();
+        let placement = chain.into_iter().rev().fold(DAffine3::IDENTITY, |above, index| {
+            let motion = overlay.component(index, Kind::Motion).and_then(Motion::of);
+            placement_below(above, transform(index), motion, self.time)
+        });
         Ok(placement.translation)
     }
 }
@@ -288,9 +291,9 @@ fn unknown_entity<T>(overlay: &Overlay, name: &str) -> Fallible<T> {
 }
 
 fn known_parent(overlay: &Overlay, component: &Component) -> Fallible<()> {
-    match component {
-        Component::Transform(Transform { parent: Some(parent), .. }) => known_entity(overlay, parent),
-        _ => Ok(()),
+    match Transform::of(component).and_then(|transform| transform.parent.as_ref()) {
+        Some(parent) => known_entity(overlay, parent),
+        None => Ok(()),
     }
 }
 
@@ -308,10 +311,7 @@ impl EntityHandle {
     }
 
     fn transform(&self) -> Transform {
-        match self.scene.lock().component(self.index, Kind::Transform) {
-            Some(Component::Transform(transform)) => transform.clone(),
-            _ => Transform::default(),
-        }
+        self.scene.lock().component(self.index, Kind::Transform).and_then(Transform::of).cloned().unwrap_or_default()
     }
 
     /// The kind of the one light that the entity carries.

@@ -139,7 +139,11 @@ impl Interpreter {
     fn run(&self, scene: &Arc<Scene>, time: Option<Moment>, mode: Mode) -> (Fallible<()>, SceneHandle) {
         let number = time.map_or(0, |(number, _)| number);
         let seed = hash::hash_words([self.header.seed, u64::from(number)]);
-        let handle = SceneHandle::new(Overlay::new(scene.clone(), self.index_of(scene)), seed);
+        let handle = SceneHandle::new(
+            Overlay::new(scene.clone(), self.index_of(scene)),
+            seed,
+            time.map_or(0.0, |(_, offset)| offset),
+        );
         if mode == Mode::Marking {
             handle.keep_marks();
         }

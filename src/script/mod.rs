@@ -121,6 +121,7 @@ impl Program {
         Ok(Program { evaluator, header, has_setup, place_of_scene, folder, project: project.clone(), given })
     }
 
+    /// What the script says of its sequence.
     pub fn header(&self) -> &Header {
         &self.header
     }

@@ -10,7 +10,7 @@ use ::rhai::{Dynamic, Engine, EvalAltResult};
 use super::errors::{Fallible, complain};
 use crate::base::{clock, limits, memory};
 
-/// Words of Rhai that a pure script does without: the clock, the system's mathematics, code from text.
+/// Words of Rhai that a pure script does without: the clock, the system's mathematics and code from text.
 const OFF: [&str; 4] = ["eval", "timestamp", "**", "**="];
 
 /// Why the watch has stopped a script; it travels through Rhai as the token of a termination.
@@ -27,18 +27,18 @@ pub enum Stopped {
 pub struct Probe {
     /// The step at which the run ends.
     pub stop_at: Option<u64>,
-    pub report: Option<Report>,
+    pub report: Option<StepReport>,
 }
 
 /// Tells of steps: every so many, from one of them on.
 #[derive(Clone, Copy)]
-pub struct Report {
+pub struct StepReport {
     pub from: u64,
     pub every: u64,
     pub tell: fn(u64),
 }
 
-struct Watch {
+struct CallWatch {
     /// Processor time of this thread when the call began.
     started: Cell<Option<Duration>>,
     /// Bytes that may be held.
@@ -51,8 +51,8 @@ struct Watch {
 
 thread_local! {
     /// Over the call that this thread evaluates; a script cannot see it.
-    static WATCH: Watch = const {
-        Watch {
+    static WATCH: CallWatch = const {
+        CallWatch {
             started: Cell::new(None),
             ceiling: Cell::new(usize::MAX),
             steps: Cell::new(0),
@@ -91,7 +91,7 @@ pub fn steps() -> u64 {
     WATCH.with(|watch| watch.steps.get())
 }
 
-impl Watch {
+impl CallWatch {
     fn look(&self) -> Option<Stopped> {
         let steps = self.steps.get() + 1;
         self.steps.set(steps);
@@ -99,7 +99,7 @@ impl Watch {
             shown.store(steps, Ordering::Relaxed);
         }
         let Probe { stop_at, report } = self.probe.get();
-        if let Some(Report { from, every, tell }) = report
+        if let Some(StepReport { from, every, tell }) = report
             && steps >= from
             && steps.is_multiple_of(every)
         {
@@ -149,7 +149,7 @@ pub fn close(engine: &mut Engine) {
         .set_max_variables(limits::SCRIPT_ITEMS)
         .set_max_functions(limits::SCRIPT_ITEMS)
         .set_max_modules(limits::SCRIPT_ITEMS);
-    engine.on_progress(|_| WATCH.with(Watch::look).map(Dynamic::from));
+    engine.on_progress(|_| WATCH.with(CallWatch::look).map(Dynamic::from));
     // Nobody listens: a script speaks through its edits.
     engine.on_print(|_| {}).on_debug(|_, _, _| {});
 }

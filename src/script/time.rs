@@ -27,6 +27,7 @@ pub struct Header {
     pub fps: f64,
     /// Number of frames, from 1.
     pub frames: u32,
+    /// How the frames divide time.
     pub mode: TimeMode,
     /// Seed of the script's random numbers.
     pub seed: u64,

@@ -24,20 +24,12 @@ use crate::systems::EmitterId;
 /// a file, so that frames of an older program count as stale.
 pub const PICTURES: u32 = 4;
 
-/// Settings that do not show in a picture.
-const INVISIBLE: [&str; 2] = ["accel", "grid_density"];
-
-/// Fields of the camera that are the lens and its focus; the others are where it stands and what it sees.
-const LENS: [&str; 6] = ["focus_distance", "focus", "aperture", "lens", "f_stop", "meters_per_unit"];
-
-/// Settings that photons do not see.
-const FILM: [&str; 9] =
-    ["size", "bit_depth", "clamp", "exposure", "tone_map", "filter", "filter_width", "aovs", "denoise"];
-
 /// An emitter that has another colour in a frame than in the scene that frames start from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmitterColor {
+    /// Which one.
     pub emitter: EmitterId,
+    /// Its colour in the frame, linear.
     pub color: DVec3,
 }
 
@@ -45,6 +37,7 @@ pub struct EmitterColor {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fingerprint {
     parts: PartDigests,
+    /// Emitters whose colours differ from the base scene, if the picture is a sum over lights.
     pub emitter_colors: Vec<EmitterColor>,
     /// Whether the picture is a sum over lights, as far as its settings go.
     pub is_sum: bool,
@@ -134,6 +127,7 @@ pub struct BaseFingerprint {
 }
 
 impl BaseFingerprint {
+    /// Hashes a scene; `assets` are the files that it names.
     pub fn new(scene: Arc<Scene>, assets: Assets) -> Self {
         let materials: FxHashMap<Text, usize> =
             scene.materials.iter().enumerate().map(|(i, (name, _))| (name.clone(), i)).collect();
@@ -159,6 +153,7 @@ impl BaseFingerprint {
         rest
     }
 
+    /// The camera of the scene.
     pub fn camera(&self) -> &Camera {
         &self.scene.camera
     }
@@ -217,13 +212,13 @@ impl BaseFingerprint {
                 emitter_colors.push(EmitterColor { emitter: EmitterId::Material(index), color: material.emission });
             }
         }
-        parts[FramePart::Camera as usize] = self.record(camera, |field| !LENS.contains(&field));
-        parts[FramePart::Lens as usize] = self.record(camera, |field| LENS.contains(&field));
-        let brightness = environment_color(render).0;
+        parts[FramePart::Camera as usize] = self.record(camera, |_, class| class != FieldClass::Lens);
+        parts[FramePart::Lens as usize] = self.record(camera, |_, class| class == FieldClass::Lens);
+        let brightness = render.environment_color().0;
         parts[FramePart::Settings as usize] =
-            self.record(render, |field| field != brightness && !INVISIBLE.contains(&field));
+            self.record(render, |field, class| field != brightness && class != FieldClass::Invisible);
         let colors = &mut parts[FramePart::LightColors as usize];
-        *colors = colors.with(self.record(render, |field| field == brightness));
+        *colors = colors.with(self.record(render, |field, _| field == brightness));
         let is_sum = is_sum(camera, render);
         emitter_colors.retain(|one| is_sum && self.emitter_color(one.emitter) != Some(one.color));
         Fingerprint {
@@ -260,30 +255,33 @@ impl BaseFingerprint {
             FramePart::LightColors,
         ];
         seen.iter().for_each(|part| hasher.digest(parts[*part as usize]));
-        hasher.digest(self.record(render, |field| !FILM.contains(&field) && !INVISIBLE.contains(&field)));
-        hasher.digest(self.record(camera, |field| field == "shutter"));
+        let unseen = [FieldClass::Film, FieldClass::Invisible];
+        hasher.digest(self.record(render, |_, class| !unseen.contains(&class)));
+        hasher.digest(self.record(camera, |_, class| class == FieldClass::Shutter));
         hasher.finish()
     }
 
     /// The colours of the lights that edits have touched, and of the environment.
     fn emitter_colors(&self, edited: &EditedScene, render: &Render) -> Vec<EmitterColor> {
         let now = edited.entities.iter().filter_map(|(entity, now)| Some((*entity, now.as_ref()?)));
-        let lamps =
-            now.flat_map(|(entity, desc)| LIGHTS.map(|kind| (EmitterId::Lamp(entity, kind), color_of(desc, kind))));
-        let around = (EmitterId::Environment, Some(environment_color(render).1));
-        lamps.chain([around]).filter_map(|(emitter, color)| Some(EmitterColor { emitter, color: color? })).collect()
+        let lamps = now.flat_map(|(entity, desc)| {
+            let color = move |c: &Component| Some((EmitterId::Lamp(entity, c.kind()), c.light_color()?));
+            desc.components().iter().filter_map(color)
+        });
+        let around = (EmitterId::Environment, render.environment_color().1);
+        lamps.chain([around]).map(|(emitter, color)| EmitterColor { emitter, color }).collect()
     }
 
     /// The colour of an emitter in the scene that frames start from.
     pub fn emitter_color(&self, emitter: EmitterId) -> Option<DVec3> {
         match emitter {
-            EmitterId::Lamp(entity, kind) => color_of(self.scene.entities.get(entity)?, kind),
+            EmitterId::Lamp(entity, kind) => self.scene.entities.get(entity)?.get(kind)?.light_color(),
             EmitterId::Material(index) => self.scene.materials.get(index).map(|(_, material)| material.emission),
-            EmitterId::Environment => Some(environment_color(&self.scene.render).1),
+            EmitterId::Environment => Some(self.scene.render.environment_color().1),
         }
     }
 
-    fn record(&self, record: &dyn Record, wanted: impl Fn(&str) -> bool) -> Digest {
+    fn record(&self, record: &dyn Record, wanted: impl Fn(&str, FieldClass) -> bool) -> Digest {
         let mut hasher = Hasher::default();
         feed_record(record, wanted, &mut hasher, &mut |value, hasher| self.assets.feed(value, hasher));
         hasher.finish()
@@ -291,17 +289,19 @@ impl BaseFingerprint {
 
     /// What a material that an entity has adds to each part of a frame.
     fn material(&self, index: usize, name: &str, material: &Material) -> PartDigests {
-        let digest = |wanted: &dyn Fn(&str) -> bool| {
+        let digest = |wanted: &dyn Fn(FieldClass) -> bool| {
             let mut hasher = Hasher::default();
             hasher.word(index as u64);
             hasher.text(name);
-            feed_record(material, wanted, &mut hasher, &mut |value, hasher| self.assets.feed(value, hasher));
+            feed_record(material, |_, class| wanted(class), &mut hasher, &mut |value, hasher| {
+                self.assets.feed(value, hasher)
+            });
             hasher.finish()
         };
         let mut parts = PartDigests::default();
-        parts[FramePart::Materials as usize] = digest(&|field| field != "emission");
+        parts[FramePart::Materials as usize] = digest(&|class| class != FieldClass::EmittedColor);
         if material.emission != DVec3::ZERO {
-            parts[FramePart::LightColors as usize] = digest(&|field| field == "emission");
+            parts[FramePart::LightColors as usize] = digest(&|class| class == FieldClass::EmittedColor);
         }
         parts
     }
@@ -317,22 +317,22 @@ impl BaseFingerprint {
         let mut presence = start();
         presence.text(desc.name.as_deref().unwrap_or(""));
         parts[FramePart::Geometry as usize] = presence.finish();
-        let emitter_colors = is_light(desc);
+        let is_light = is_light(desc);
         for component in desc.components() {
-            let mut add = |part: FramePart, wanted: &dyn Fn(&str) -> bool| {
+            let mut add = |part: FramePart, wanted: &dyn Fn(FieldClass) -> bool| {
                 let mut hasher = start();
                 feed_component(component, wanted, &mut hasher, &mut |value, hasher| self.assets.feed(value, hasher));
                 parts[part as usize] = parts[part as usize].with(hasher.finish());
             };
-            match component.kind() {
-                Kind::PointLight | Kind::AreaLight => {
-                    add(FramePart::LightColors, &|field| field == "color");
-                    add(FramePart::Lights, &|field| field != "color");
+            match component.kind().role() {
+                Role::Light => {
+                    add(FramePart::LightColors, &|class| class == FieldClass::EmittedColor);
+                    add(FramePart::Lights, &|class| class != FieldClass::EmittedColor);
                 }
-                Kind::Transform | Kind::Motion if emitter_colors => add(FramePart::Lights, &|_| true),
-                Kind::Transform | Kind::Motion => add(FramePart::Transforms, &|_| true),
-                Kind::MaterialName | Kind::Texture => add(FramePart::Materials, &|_| true),
-                _ => add(FramePart::Geometry, &|_| true),
+                Role::Placement if is_light => add(FramePart::Lights, &|_| true),
+                Role::Placement => add(FramePart::Transforms, &|_| true),
+                Role::Surface => add(FramePart::Materials, &|_| true),
+                Role::Shape => add(FramePart::Geometry, &|_| true),
             }
         }
         parts
@@ -378,18 +378,8 @@ impl<'a> EditedScene<'a> {
     }
 }
 
-const LIGHTS: [Kind; 2] = [Kind::PointLight, Kind::AreaLight];
-
 fn is_light(desc: &EntityDesc) -> bool {
-    LIGHTS.iter().any(|kind| desc.get(*kind).is_some())
-}
-
-fn color_of(desc: &EntityDesc, kind: Kind) -> Option<DVec3> {
-    match desc.get(kind)? {
-        Component::PointLight(light) => Some(light.color),
-        Component::AreaLight(light) => Some(light.color),
-        _ => None,
-    }
+    desc.components().iter().any(|component| component.kind().role() == Role::Light)
 }
 
 /// Not while a shutter is open, nor if the focus follows an entity or motion is one of the layers.
@@ -411,36 +401,19 @@ fn is_local(integrator: Integrator) -> bool {
 /// Not if samples are clamped or judged by what all lights together make of them, nor while a shutter is open or motion
 /// is one of the layers.
 fn is_sum(camera: &Camera, render: &Render) -> bool {
-    let has_signs = render.filter == Filter::Mitchell;
-    let is_judged = render.clamp.is_some() || render.gathers_moments() || has_signs;
+    let is_judged = render.clamp.is_some() || render.gathers_moments() || render.filter.has_negative_lobes();
     let is_instant = camera.shutter.y <= camera.shutter.x && !render.aovs.contains(&Aov::Motion);
     is_local(render.integrator) && !is_judged && is_instant
 }
 
 fn material_of(desc: &EntityDesc) -> Option<&str> {
-    match desc.get(Kind::MaterialName) {
-        Some(Component::MaterialName(uses)) => Some(&uses.0),
-        _ => None,
-    }
-}
-
-/// The setting that decides the brightness of the environment, and its value.
-fn environment_color(render: &Render) -> (&'static str, DVec3) {
-    if render.environment.is_some() || render.sky.is_some() {
-        return ("environment_intensity", DVec3::splat(render.environment_intensity));
-    }
-    ("background", render.background)
+    desc.component::<MaterialName>().map(|name| &*name.0)
 }
 
 fn count(counts: &mut SceneCounts, desc: &EntityDesc, sign: i64) {
     counts.lights += sign * i64::from(is_light(desc));
-    let shapes = desc.components().iter().map(|component| match component {
-        Component::Mesh(mesh) => mesh.data.triangles.len() as i64,
-        Component::Sphere(_) | Component::Triangle(_) | Component::Plane(_) => 1,
-        Component::AABox(_) | Component::Cylinder(_) | Component::Cone(_) => 1,
-        _ => 0,
-    });
-    counts.primitives += sign * shapes.sum::<i64>();
+    let shapes = desc.components().iter().filter_map(Component::shape);
+    counts.primitives += sign * shapes.map(|shape| shape.primitive_count() as i64).sum::<i64>();
 }
 
 /// Camera rays and the rays that follow from them, each as deep as the tree over the primitives.
@@ -449,7 +422,7 @@ fn cost(render: &Render, counts: SceneCounts) -> f64 {
     let strata = f64::from(render.strata());
     let chain = match render.integrator {
         Integrator::Path | Integrator::Photon => f64::from(render.max_depth.min(6)),
-        _ => f64::from(render.max_depth.min(2)),
+        Integrator::Whitted | Integrator::Distribution => f64::from(render.max_depth.min(2)),
     };
     let rays = width * height * strata * strata * chain * (1.0 + counts.lights.max(0) as f64);
     let depth = 64 - (counts.primitives.max(0) as u64).leading_zeros();

@@ -8,6 +8,7 @@
 //! one frame is rendered the one before is encoded and written.
 
 mod assets;
+mod files;
 pub mod fingerprint;
 mod parts;
 pub mod plan;
@@ -34,14 +35,23 @@ use crate::systems::{self, Stage};
 /// Settings of the command line; they have the last word in every frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
+    /// Width and height in pixels.
     pub size: Option<[u32; 2]>,
+    /// Samples per pixel.
     pub samples: Option<u32>,
+    /// Seed of all sampling.
     pub seed: Option<u64>,
+    /// Which light paths are followed.
     pub integrator: Option<Integrator>,
+    /// What finds primitives along rays.
     pub accel: Option<Accel>,
+    /// Side of the squares that point lights are widened to.
     pub light_size: Option<f64>,
+    /// Bits per channel of the picture file.
     pub bit_depth: Option<u32>,
+    /// Layers beside the colours.
     pub aovs: Option<Vec<Aov>>,
+    /// Whether noise is filtered out.
     pub denoise: Option<bool>,
 }
 
@@ -82,6 +92,7 @@ pub struct Shot {
     pub name: String,
     /// File name of the input.
     pub source: String,
+    /// The World, as `setup` left it.
     pub stage: Stage,
     input: Input,
     path: PathBuf,
@@ -264,7 +275,8 @@ impl Input {
         let fingerprints: Vec<Fingerprint> = slices.iter().map(|slice| slice.fingerprint(&self.base)).collect();
         self.with_slices(stage, frame, slices, |stage, _| {
             systems::check(stage)?;
-            target.map_or(Ok(()), |target| run::suits(&stage.settings(), &target.path(frame)))?;
+            files::load_images(stage)?;
+            target.map_or(Ok(()), |target| run::check_settings(&stage.settings(), &target.path(frame)))?;
             Ok(true)
         })?;
         Ok(Fingerprint::of_moments(&fingerprints))
@@ -282,7 +294,7 @@ fn guarded<T>(stage: &mut Stage, work: impl FnOnce(&mut Stage) -> Result<T, Diag
 fn panic_diagnostic(cause: &(dyn std::any::Any + Send)) -> Diagnostic {
     let text = cause.downcast_ref::<String>().map(String::as_str).or(cause.downcast_ref::<&str>().copied());
     let text = text.unwrap_or("no reason given");
-    Diagnostic::error(format!("the renderer failed: {text}")).help("this is a mistake in anim, not in the scene")
+    Diagnostic::bug(format!("the renderer failed: {text}"))
 }
 
 impl Shot {
@@ -302,6 +314,7 @@ impl Shot {
         &self.project
     }
 
+    /// Whether it is a script, and not a scene alone.
     pub fn is_sequence(&self) -> bool {
         self.input.program.is_some()
     }

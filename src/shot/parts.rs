@@ -5,11 +5,17 @@ use crate::base::digest::Digest;
 /// What a frame is made of, and so what can change from one frame to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FramePart {
+    /// Where the camera stands, what it sees, and its shutter.
     Camera,
+    /// Lens and focus of the camera.
     Lens,
+    /// Settings of the picture that show.
     Settings,
+    /// Which entities there are, and their shapes.
     Geometry,
+    /// Where entities without lights stand.
     Transforms,
+    /// Materials that entities have, and textures.
     Materials,
     /// Where lights are, their size and falloff.
     Lights,

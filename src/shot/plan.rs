@@ -14,15 +14,17 @@ use super::reuse::light_mix::{self, LightMix, LightMixes};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::base::digest::Digest;
 use crate::components::Scene;
-use crate::output::manifest::{Manifest, Provenance};
+use crate::output::manifest::Manifest;
 use crate::output::names::Target;
-use crate::output::{FileState, inspect};
+use crate::output::{FileState, Provenance, inspect};
 use crate::systems;
 
 /// One wanted frame.
 #[derive(Clone, Debug)]
 pub struct PlannedFrame {
+    /// Its number, from 1.
     pub frame: u32,
+    /// Where it goes.
     pub file: PathBuf,
     /// The frame as data, or its mistakes.
     pub fingerprint: Result<Fingerprint, Diagnostics>,
@@ -36,12 +38,14 @@ pub struct PlannedFrame {
     pub twin: Option<u32>,
     /// What rendering is expected to take from frames before it.
     pub reuse: PlannedReuse,
+    /// What is found under its name.
     pub state: FileState,
 }
 
 /// Where the work for a frame is from, as far as a plan can tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlannedReuse {
+    /// It is traced.
     None,
     /// A frame with the same pixels.
     Copy,
@@ -54,6 +58,7 @@ pub enum PlannedReuse {
 }
 
 impl PlannedReuse {
+    /// The word for it in reports.
     pub fn word(self) -> &'static str {
         match self {
             PlannedReuse::None => "none",
@@ -66,6 +71,7 @@ impl PlannedReuse {
 }
 
 impl PlannedFrame {
+    /// What its file says of it.
     pub fn provenance(&self, source: &str) -> Provenance {
         Provenance { source: source.to_string(), frame: self.frame, hash: self.hash }
     }
@@ -75,14 +81,16 @@ impl PlannedFrame {
     pub fn cost(&self) -> f64 {
         match (&self.fingerprint, self.reuse) {
             (Ok(fingerprint), PlannedReuse::None | PlannedReuse::Tiles | PlannedReuse::PhotonMaps) => fingerprint.cost,
-            _ => 0.0,
+            (Ok(_), PlannedReuse::Copy | PlannedReuse::LightGroups) | (Err(_), _) => 0.0,
         }
     }
 }
 
 /// The wanted frames in their order.
 pub struct Plan {
+    /// The frames, in the order in which they were asked for.
     pub frames: Vec<PlannedFrame>,
+    /// Where pictures go.
     pub target: Target,
     /// Of the folder that the frames of a sequence go to.
     pub manifest: Option<Manifest>,

@@ -16,17 +16,21 @@ use crate::base::digest::Digest;
 use crate::base::{files, limits};
 use crate::components::Render;
 use crate::film::Film;
-use crate::output::manifest::{Manifest, Provenance};
-use crate::output::names::is_exr;
-use crate::output::{
-    self, FileState, Metadata, WriteFailure, encode_exr, encode_png, provenance_metadata, settings_text,
-};
+use crate::output::manifest::Manifest;
+use crate::output::{self, FileState, Format, Metadata, Provenance, WriteFailure, frame_metadata};
 use crate::systems::{self, FrameStats, PartialFrame};
 
 /// What happens while a shot is rendered.
 pub enum Event {
     /// Tiles of a frame that are done, out of all of its tiles.
-    Tiles { frame: u32, done: usize, total: usize },
+    Tiles {
+        /// Number of the frame, from 1.
+        frame: u32,
+        /// How many are done.
+        done: usize,
+        /// How many there are.
+        total: usize,
+    },
     /// A frame's file is whole.
     Written(Box<Report>),
 }
@@ -43,6 +47,7 @@ pub enum FrameSource {
 }
 
 impl FrameSource {
+    /// The word for it in reports.
     pub fn word(self) -> &'static str {
         match self {
             FrameSource::None => "none",
@@ -55,9 +60,13 @@ impl FrameSource {
 /// One frame whose file is whole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
+    /// Its number, from 1.
     pub frame: u32,
+    /// Where it is.
     pub file: PathBuf,
+    /// Where its pixels are from.
     pub reused: FrameSource,
+    /// What it cost; nothing, if it was not traced.
     pub stats: FrameStats,
     /// From the frame's edits to its whole file.
     pub total_seconds: f64,
@@ -209,12 +218,13 @@ fn render_frame(
     let start = Instant::now();
     let planned = run[index][0];
     let frames = run[index].iter().map(|planned| (planned.provenance(&shot.source), planned.file.clone())).collect();
+    let fingerprint = planned.fingerprint.as_ref().map_err(Clone::clone)?;
     let mix = planned.light_mix.as_deref();
-    let fingerprint = planned.fingerprint.as_ref().ok();
-    let factors = mix.zip(fingerprint).map(|(mix, fingerprint)| mix.factors(&shot.input.base, fingerprint));
-    let factors = factors.unwrap_or_default();
-    if let Some((film, render, stats)) = mix.and_then(|mix| reuse_cache.mixed(mix, &factors)) {
+    let factors = mix.map(|mix| mix.factors(&shot.input.base, fingerprint)).unwrap_or_default();
+    let mixed = mix.and_then(|mix| Some((mix, reuse_cache.mixed(mix, &factors)?)));
+    if let Some((mix, (film, render, stats))) = mixed {
         check_assets(shot)?;
+        let render = mix.settings(&shot.input.base, fingerprint, &render);
         return Ok(Some(RenderedFrame { frames, film, render, stats, start }));
     }
     let mut partial = PartialFrame::default();
@@ -229,6 +239,7 @@ fn render_frame(
     stage.set_frames_left((run.len() - index) as u32);
     let slices = input.slices(frame)?;
     input.with_slices(stage, frame, slices, |stage, share| {
+        super::files::load_all(stage)?;
         render = stage.settings();
         whole = systems::render_samples(stage, share, &mut partial, cancel, &progress)?;
         Ok(whole)
@@ -238,13 +249,12 @@ fn render_frame(
         return Ok(None);
     }
     reuse_cache.take_back(run, index, &mut partial);
-    let Some((mut films, stats)) = partial.resolve() else { return Ok(None) };
-    let Some(mix) = mix else {
-        return Ok(films.pop().map(|film| RenderedFrame { frames, film, render, stats, start }));
-    };
-    let Some((first, others)) = films.split_first() else { return Ok(None) };
+    let (films, stats) = partial.resolve()?;
+    let (first, others) = films.split_first().ok_or_else(|| Diagnostic::bug("a frame has a film at least"))?;
     let film = systems::weighted_sum(first, others, &factors);
-    reuse_cache.keep_light_groups(mix, films, &render, stats.seed, &run[index + 1..]);
+    if let Some(mix) = mix {
+        reuse_cache.keep_light_groups(mix, films, &render, stats.seed, &run[index + 1..]);
+    }
     Ok(Some(RenderedFrame { frames, film, render, stats, start }))
 }
 
@@ -264,8 +274,8 @@ fn write_all(
     for RenderedFrame { frames, film, render, stats, start } in pictures {
         let mut reused = FrameSource::None;
         for (provenance, file) in frames {
-            let written = encode(&film, &render, &metadata(&provenance, &stats, &render), &file)
-                .map_err(|e| Diagnostic::error(format!("cannot encode {}: {e}", file.display())).because(Cause::Io))
+            let metadata = frame_metadata(&provenance, stats.seed, &render);
+            let written = encode(&film, &render, &metadata, &file)
                 .map_err(|problem| WriteFailure { problem: problem.into(), is_general: false })
                 .and_then(|bytes| write(manifest, &provenance, &file, &bytes));
             match written {
@@ -288,46 +298,26 @@ fn write_all(
     Ok(unwritten)
 }
 
-fn encode(film: &Film, render: &Render, metadata: &Metadata, file: &Path) -> Result<Vec<u8>, String> {
-    if is_exr(file) {
-        return encode_exr(film, render, metadata);
-    }
-    encode_png(film, render, metadata).map_err(|e| e.to_string())
+/// The bytes of a frame's file.
+fn encode(film: &Film, render: &Render, metadata: &Metadata, file: &Path) -> Result<Vec<u8>, Diagnostic> {
+    let failed = |why: String| Diagnostic::error(format!("cannot encode {}: {why}", file.display())).because(Cause::Io);
+    (format_of(file)?.encode)(film, render, metadata).map_err(failed)
 }
 
 /// Sees to it that a file can hold what the settings ask for.
 ///
 /// # Errors
 /// What it cannot hold, and which file could.
-pub fn suits(render: &Render, file: &Path) -> Result<(), Diagnostic> {
-    let png = || {
-        let name = file.file_stem().unwrap_or_default().to_string_lossy();
-        format!("write an EXR file, as in -o {name}.exr or -o 'folder/f.####.exr'")
-    };
-    let wrong = |what: String, help: String| Err(Diagnostic::error(what).help(help).because(Cause::Usage));
-    if is_exr(file) {
-        return Ok(());
-    }
-    if !render.aovs.is_empty() {
-        let list: Vec<&str> = render.aovs.iter().map(|aov| aov.name()).collect();
-        let what = format!("a PNG file cannot hold the layers of `aovs`: {}", list.join(", "));
-        return wrong(what, png() + ", or leave them out with --aovs none");
-    }
-    if render.bit_depth == 32 {
-        return wrong("a PNG file has 8 or 16 bits per channel, not 32".into(), png());
-    }
-    Ok(())
+pub fn check_settings(render: &Render, file: &Path) -> Result<(), Diagnostic> {
+    format_of(file)?.check_settings(render, file)
+}
+
+fn format_of(file: &Path) -> Result<&'static Format, Diagnostic> {
+    let unknown = || format!("{}: pictures are written as {}", file.display(), Format::known_extensions());
+    Format::of_path(file).ok_or_else(|| Diagnostic::error(unknown()).because(Cause::Usage))
 }
 
 /// The manifest knows of the file before it has its name, so that a kill between the two loses nothing.
 fn write(manifest: Option<&Manifest>, provenance: &Provenance, file: &Path, bytes: &[u8]) -> Result<(), WriteFailure> {
     output::write_after(file, bytes, || manifest.map_or(Ok(()), |manifest| manifest.add(file, provenance, bytes)))
-}
-
-/// What a picture says of its making: nothing of the machine, the time, or the way it was found.
-fn metadata(provenance: &Provenance, stats: &FrameStats, render: &Render) -> Metadata {
-    let mut metadata = provenance_metadata(provenance);
-    metadata.push(("Seed".into(), stats.seed.to_string()));
-    metadata.push(("Settings".into(), settings_text(render)));
-    metadata
 }

@@ -19,6 +19,7 @@ use crate::trace::integrator::SampleSubset;
 pub struct Slice {
     /// When it is, in frames from the frame's own time: what entities with `motion` go by.
     pub time: f64,
+    /// What leads from the base scene to this moment.
     pub edits: Vec<Edit>,
     /// The edits one frame earlier, where there is one and its layers tell what has moved since.
     pub before: Option<Vec<Edit>>,
@@ -171,7 +172,18 @@ fn replaces(old: &Edit, new: &Edit) -> bool {
             a == b && old.kind() == new.kind()
         }
         (Edit::Tags { entity: a, .. }, Edit::Tags { entity: b, .. }) => a == b,
-        _ => false,
+        (
+            Edit::Camera(_)
+            | Edit::Render(_)
+            | Edit::Material { .. }
+            | Edit::Put { .. }
+            | Edit::Tags { .. }
+            | Edit::AddMaterial { .. }
+            | Edit::Take { .. }
+            | Edit::Spawn(_)
+            | Edit::Despawn { .. },
+            _,
+        ) => false,
     }
 }
 

@@ -1,40 +1,50 @@
 //! Columns -> accelerator, as good as the rays that are expected are worth.
 
-use super::stage::{AccelKey, Stage};
+use std::sync::Arc;
+
+use super::stage::{AccelKey, BuiltAccelerator, Stage};
 use crate::components::{Integrator, Render};
 use crate::trace::accel::Accelerator;
 use crate::trace::integrator::SampleSubset;
+use crate::trace::primitive::Geometry;
 
 /// Rays that a sample gives rise to, the camera's included, where it does not follow a path: more than most do, for too
 /// poor a tree costs more than one that is too good.
 const RAYS_PER_SAMPLE: f64 = 8.0;
 
-/// Builds the accelerator if the columns or its settings changed, or if it serves more rays than it was built for; true
-/// if it did. The World stands as a share of a picture's samples wants it.
-pub fn update(stage: &mut Stage, share: SampleSubset, rebuilt: bool) -> bool {
+/// The accelerator over these columns: the one that was built before if they and its settings are the same and it was
+/// built for as many rays as are expected, or a new one; and whether it is new.
+///
+/// `share` says for how many of a picture's samples the World stands as it does.
+pub fn update(stage: &mut Stage, share: SampleSubset, geometry: &Arc<Geometry>) -> (Arc<Accelerator>, bool) {
     let settings = stage.settings();
     let key = AccelKey { choice: settings.accel, density: settings.grid_density };
     let of_picture = rays_of(&settings);
     let now = of_picture / f64::from(share.of);
     let at_most = of_picture * f64::from(stage.frames_left);
-    let kept = &mut stage.derived;
-    let before = kept.accelerator.as_ref().map(|(_, accelerator)| accelerator);
-    // One that lasted so long is expected to last as long again, and the first one as long as there is anything to draw.
-    let expected = if before.is_some() { kept.served.max(now).min(at_most) } else { at_most };
-    let fits = kept
-        .accelerator
-        .as_ref()
-        .is_some_and(|(known, accelerator)| *known == key && !accelerator.is_outgrown(expected));
-    let is_new = rebuilt || !fits;
-    if is_new {
-        let built = Accelerator::rebuild(&kept.geometry, key.choice, key.density, expected, before);
-        if !built.is_fitted() {
-            kept.served = 0.0;
+    let before = stage.derived.accelerator.take();
+    // One that lasted so long is expected to last as long again, and the first one as long as there are frames.
+    let expected = before.as_ref().map_or(at_most, |before| before.served.max(now).min(at_most));
+    let fits = |built: &BuiltAccelerator| {
+        std::ptr::eq(built.geometry.as_ptr(), Arc::as_ptr(geometry))
+            && built.key == key
+            && !built.accelerator.is_outgrown(expected)
+    };
+    let is_new = !before.as_ref().is_some_and(fits);
+    let mut built = match before {
+        Some(before) if !is_new => before,
+        before => {
+            let known = before.as_ref().map(|before| &*before.accelerator);
+            let accelerator = Accelerator::rebuild(geometry, key.choice, key.density, expected, known);
+            // A tree that was only refitted goes on serving; a new one starts to.
+            let served = before.filter(|_| accelerator.is_fitted()).map_or(0.0, |before| before.served);
+            BuiltAccelerator { geometry: Arc::downgrade(geometry), key, accelerator: Arc::new(accelerator), served }
         }
-        kept.accelerator = Some((key, built));
-    }
-    kept.served += now;
-    is_new
+    };
+    built.served += now;
+    let accelerator = built.accelerator.clone();
+    stage.derived.accelerator = Some(built);
+    (accelerator, is_new)
 }
 
 /// Rays that a picture is expected to take: rather more than it does.

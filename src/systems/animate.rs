@@ -35,9 +35,7 @@ pub fn animate(stage: &mut Stage, edits: Vec<Edit>) -> Result<Undo, Diagnostics>
         .into_iter()
         .try_for_each(|edit| apply(stage, edit).map(|inverse| done.0.push(inverse)))
         .map_err(Diagnostics::from)
-        .and_then(|()| hierarchy::update(stage))
-        .and_then(|()| if stage.derived.stale_materials { extract::check_materials(stage) } else { Ok(()) });
-    stage.derived.stale_materials = false;
+        .and_then(|()| hierarchy::update(stage));
     match applied {
         Ok(()) => Ok(done),
         Err(problems) => {
@@ -109,14 +107,14 @@ fn apply(stage: &mut Stage, edit: Edit) -> Result<Inverse, Diagnostic> {
                 component.record().check().map_err(|e| spawn::invalid(&owner(), kind, e, part))?;
             }
             spawn::spawn_entity(stage, &mut EntityBuilder::new(), desc)?;
-            touch_all(stage);
+            stage.revisions.hierarchy += 1;
             Inverse::Unspawn
         }
         Edit::Despawn { entity } => {
             let id = stage.live(entity).ok_or_else(|| gone(entity))?;
             // A live entity takes any component.
             let _ = stage.world.insert_one(id, Despawned);
-            touch_all(stage);
+            stage.revisions.hierarchy += 1;
             Inverse::Revive(entity)
         }
     })
@@ -155,11 +153,11 @@ fn revert(stage: &mut Stage, inverse: Inverse) {
                 }
                 let _ = stage.world.despawn(entity);
             }
-            touch_all(stage);
+            stage.revisions.hierarchy += 1;
         }
         Inverse::Revive(index) => {
             let _ = stage.world.remove_one::<Despawned>(stage.entities[index]);
-            touch_all(stage);
+            stage.revisions.hierarchy += 1;
         }
     }
 }
@@ -179,7 +177,7 @@ fn set_render(stage: &mut Stage, render: Render) -> Render {
 fn set_material(stage: &mut Stage, index: usize, material: Material) -> Material {
     let entity = stage.materials[index];
     let old = stage.world.get::<&Material>(entity).map(|m| (*m).clone()).unwrap_or_default();
-    stage.derived.stale_geometry |= extract::shows_both_sides(&old) != extract::shows_both_sides(&material);
+    stage.revisions.shapes += u64::from(extract::shows_both_sides(&old) != extract::shows_both_sides(&material));
     let _ = stage.world.insert_one(entity, material);
     old
 }
@@ -195,34 +193,26 @@ fn set_tags(stage: &mut Stage, index: usize, tags: Vec<Text>) -> Vec<Text> {
     old
 }
 
-/// Marks what a change to a component of this kind may have made stale; `now` is what it becomes, if it stays.
-fn touch(stage: &mut Stage, entity: usize, now: Option<&Component>, kind: Kind) {
-    match kind {
-        Kind::Transform => {
-            let before = stage.world.get::<&Transform>(stage.entities[entity]).ok().and_then(|t| t.parent.clone());
-            let now = match now {
-                Some(Component::Transform(transform)) => transform.parent.as_ref(),
-                _ => None,
-            };
-            stage.derived.stale_geometry = true;
-            if before.as_ref() == now {
-                stage.derived.moved.push(entity);
+/// Marks that a component of this kind changes, by what is derived from it; `now` is what it becomes, if it stays.
+fn touch(stage: &mut Stage, index: usize, now: Option<&Component>, kind: Kind) {
+    match kind.role() {
+        Role::Placement => {
+            let before = stage.world.get::<&Transform>(stage.entities[index]).ok().and_then(|t| t.parent.clone());
+            let parent = now.and_then(Transform::of).and_then(|transform| transform.parent.as_ref());
+            if kind == Transform::KIND && before.as_ref() == parent {
+                stage.revisions.transforms += 1;
+                stage.derived.moved.push(index);
             } else {
-                stage.derived.stale_hierarchy = true;
+                stage.revisions.hierarchy += 1;
             }
         }
-        Kind::Motion => touch_all(stage),
-        Kind::PointLight | Kind::AreaLight | Kind::Texture => {}
-        Kind::MaterialName => {
-            stage.derived.stale_materials = true;
-            stage.derived.stale_geometry = true;
+        Role::Shape => stage.revisions.shapes += 1,
+        // Textures and lights are taken from the World for every frame.
+        Role::Surface if kind != MaterialName::KIND => {}
+        Role::Light => {}
+        Role::Surface => {
+            stage.revisions.shapes += 1;
+            stage.derived.unresolved.push(index);
         }
-        _ => stage.derived.stale_geometry = true,
     }
-}
-
-fn touch_all(stage: &mut Stage) {
-    stage.derived.stale_materials = true;
-    stage.derived.stale_hierarchy = true;
-    stage.derived.stale_geometry = true;
 }

@@ -23,6 +23,6 @@ pub fn collect(stage: &Stage) -> Scene {
         materials: stage.materials.iter().filter_map(material).collect(),
         entities: (0..stage.entities.len()).filter_map(desc).collect(),
         base: stage.base.clone(),
-        images: stage.derived.images.clone(),
+        images: stage.files.images.clone(),
     }
 }

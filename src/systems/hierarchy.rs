@@ -1,11 +1,12 @@
 //! Transforms, parents and motion -> placements in the world.
 
 use glam::DAffine3;
-use rustc_hash::FxHashMap;
 
-use super::stage::Stage;
+use super::references;
+use super::stage::{Hierarchy, Stage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::base::limits;
+use crate::components::transform::placement_below;
 use crate::components::{Kind, Motion, Transform};
 
 /// Map from an entity's local space to the world; entities without one stand in world space.
@@ -21,21 +22,23 @@ enum VisitState {
     Done(DAffine3),
 }
 
-/// Brings the placement of every entity with a transform or in motion up to date, if an edit may have changed one.
+/// Brings placements and references up to date with the edits that were made since.
 ///
 /// # Errors
-/// An unknown or removed parent, a cycle of parents, a chain of parents over the limit.
+/// An unknown or removed parent, a cycle of parents, a chain of parents over the limit, an unknown material.
 pub fn update(stage: &mut Stage) -> Result<(), Diagnostics> {
-    if !stage.derived.stale_hierarchy {
+    references::update(stage)?;
+    let key = stage.placement_key();
+    if stage.derived.placements == Some(key) {
         let moved = std::mem::take(&mut stage.derived.moved);
         moved.into_iter().for_each(|index| move_with_children(stage, index));
         return Ok(());
     }
     let mut progress = vec![VisitState::Waiting; stage.entities.len()];
     let mut chain = Vec::new();
-    let mut children: FxHashMap<usize, Vec<usize>> = FxHashMap::default();
+    let mut hierarchy = Hierarchy::default();
     for index in 0..stage.entities.len() {
-        place(stage, index, &mut progress, &mut chain, &mut children)?;
+        place(stage, index, &mut progress, &mut chain, &mut hierarchy)?;
     }
     for (index, state) in progress.into_iter().enumerate() {
         let placement = match state {
@@ -44,9 +47,9 @@ pub fn update(stage: &mut Stage) -> Result<(), Diagnostics> {
         };
         put_placement(stage, index, placement);
     }
-    stage.derived.children = children;
+    stage.derived.hierarchy = hierarchy;
     stage.derived.moved.clear();
-    stage.derived.stale_hierarchy = false;
+    stage.derived.placements = Some(key);
     Ok(())
 }
 
@@ -72,25 +75,19 @@ fn put_placement(stage: &mut Stage, index: usize, placement: Option<DAffine3>) {
 fn move_with_children(stage: &mut Stage, index: usize) {
     let mut open = vec![index];
     while let Some(index) = open.pop() {
-        let above = parent_of(stage, index).ok().flatten().map(|parent| stage.entities[parent]);
-        let above = above.and_then(|parent| stage.world.get::<&Placement>(parent).ok().map(|p| p.0));
+        let parent = stage.derived.hierarchy.parents.get(&index).map(|parent| stage.entities[*parent]);
+        let above = parent.and_then(|parent| stage.world.get::<&Placement>(parent).ok().map(|p| p.0));
         let placement = below(stage, index, above.unwrap_or(DAffine3::IDENTITY));
         put_placement(stage, index, Some(placement));
-        open.extend(stage.derived.children.get(&index).into_iter().flatten());
+        open.extend(stage.derived.hierarchy.children.get(&index).into_iter().flatten());
     }
 }
 
 /// The space of an entity that stands in the space `above`.
 fn below(stage: &Stage, index: usize, above: DAffine3) -> DAffine3 {
     let entity = stage.entities[index];
-    let mut matrix = above;
-    if let Ok(transform) = stage.world.get::<&Transform>(entity) {
-        matrix *= transform.matrix();
-    }
-    if let Ok(motion) = stage.world.get::<&Motion>(entity) {
-        matrix.translation += motion.at(stage.time);
-    }
-    matrix
+    let (transform, motion) = (stage.world.get::<&Transform>(entity).ok(), stage.world.get::<&Motion>(entity).ok());
+    placement_below(above, transform.as_deref(), motion.as_deref(), stage.time)
 }
 
 /// Walks from `index` up to the first entity that is placed, then back down.
@@ -99,7 +96,7 @@ fn place(
     index: usize,
     progress: &mut [VisitState],
     chain: &mut Vec<usize>,
-    children: &mut FxHashMap<usize, Vec<usize>>,
+    hierarchy: &mut Hierarchy,
 ) -> Result<(), Diagnostic> {
     chain.clear();
     let mut at = Some(index);
@@ -121,7 +118,8 @@ fn place(
         }
         at = parent_of(stage, here)?;
         if let Some(parent) = at {
-            children.entry(parent).or_default().push(here);
+            hierarchy.parents.insert(here, parent);
+            hierarchy.children.entry(parent).or_default().push(here);
         }
     }
     for here in chain.drain(..).rev() {

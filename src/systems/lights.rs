@@ -3,8 +3,9 @@
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::hierarchy::Placement;
-use super::stage::{AuthoredIndex, Despawned, Stage};
-use crate::components::{AreaLight, Falloff, Kind, PointLight, Render};
+use super::stage::Stage;
+use crate::base::diagnostics::Diagnostic;
+use crate::components::{AreaLight, ComponentType, Falloff, Kind, PointLight, Render};
 use crate::trace::light::Lamp;
 use crate::trace::material::ShadingParams;
 
@@ -43,16 +44,16 @@ impl LightGroups {
     }
 
     /// A light with its group, and its grey in place of its colour.
-    fn assign_light(&self, order: AuthoredIndex, kind: Kind, light: Lamp) -> Lamp {
-        let own = self.group_of(EmitterId::Lamp(order.0 as usize, kind));
-        own.map_or(light, |(pass, grey)| Lamp { color: Vec3::splat(grey), group: pass, ..light })
+    fn assign_light(&self, index: usize, kind: Kind, light: Lamp) -> Lamp {
+        let own = self.group_of(EmitterId::Lamp(index, kind));
+        own.map_or(light, |(group, grey)| Lamp { color: Vec3::splat(grey), group, ..light })
     }
 
     /// Gives materials their groups, and greys in place of their emission.
     pub fn assign_materials(&self, materials: &mut [ShadingParams]) {
         for (number, material) in materials.iter_mut().enumerate() {
-            if let Some((pass, grey)) = self.group_of(EmitterId::Material(number)) {
-                (material.emission, material.group) = (Vec3::splat(grey), pass);
+            if let Some((group, grey)) = self.group_of(EmitterId::Material(number)) {
+                (material.emission, material.group) = (Vec3::splat(grey), group);
             }
         }
     }
@@ -66,28 +67,29 @@ impl LightGroups {
     }
 }
 
-/// Every light of the World; point lights are widened by the setting `light_size`.
-pub fn lights(stage: &Stage, groups: &LightGroups) -> Vec<Lamp> {
-    let world = &stage.world;
+/// Every light of the World, in authored order; point lights are widened by the setting `light_size`.
+pub fn lights(stage: &Stage, groups: &LightGroups) -> Result<Vec<Lamp>, Diagnostic> {
     let widened = stage.settings().light_size;
-    let place = |p: Option<&Placement>| p.map_or(DAffine3::IDENTITY, |p| p.0);
-    let mut found: Vec<(AuthoredIndex, Kind, Lamp)> = Vec::new();
-    let mut points = world.query::<(&AuthoredIndex, &PointLight, Option<&Placement>)>().without::<&Despawned>();
-    for (order, light, placement) in points.iter() {
-        let center = place(placement).transform_point3(light.position);
-        let edges = [DVec3::X * widened, DVec3::Y * widened];
-        found.push((*order, Kind::PointLight, resolved(center, edges, light.color, light.falloff, false)));
-    }
-    let mut areas = world.query::<(&AuthoredIndex, &AreaLight, Option<&Placement>)>().without::<&Despawned>();
-    for (order, light, placement) in areas.iter() {
-        let map = place(placement);
-        let edges = light.edge_vectors().map(|e| map.transform_vector3(e));
-        let center = map.transform_point3(light.position);
-        found.push((*order, Kind::AreaLight, resolved(center, edges, light.color, light.falloff, light.visible)));
-    }
-    found.sort_by_key(|(order, kind, _)| (*order, *kind));
-    let lights = found.into_iter().map(|(order, kind, light)| groups.assign_light(order, kind, light));
-    lights.filter(|light| light.color != Vec3::ZERO).collect()
+    let mut lights = Vec::new();
+    type Parts<'q> = (hecs::Or<&'q PointLight, &'q AreaLight>, Option<&'q Placement>);
+    stage.for_each_in_order::<Parts>(|index, (found, placement)| {
+        let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
+        let (point, area) = found.split();
+        let point = point.map(|light: &PointLight| {
+            let center = map.transform_point3(light.position);
+            let edges = [DVec3::X * widened, DVec3::Y * widened];
+            (PointLight::KIND, resolved(center, edges, light.color, light.falloff, false))
+        });
+        let area = area.map(|light: &AreaLight| {
+            let edges = light.edge_vectors().map(|e| map.transform_vector3(e));
+            let center = map.transform_point3(light.position);
+            (AreaLight::KIND, resolved(center, edges, light.color, light.falloff, light.visible))
+        });
+        lights.extend(point.into_iter().chain(area).map(|(kind, light)| groups.assign_light(index, kind, light)));
+        Ok(())
+    })?;
+    lights.retain(|light| light.color != Vec3::ZERO);
+    Ok(lights)
 }
 
 fn resolved(center: DVec3, edges: [DVec3; 2], color: DVec3, falloff: Falloff, visible: bool) -> Lamp {

@@ -6,8 +6,10 @@
 //! `hierarchy` (world placements) -> `extract` (columns of primitives) -> `accelerate` -> `lights` -> tiles.
 //!
 //! hecs yields entities in no promised order, so the [`Stage`] keeps the authored order and every column is filled in
-//! it. What an edit cannot have changed is kept: columns are extracted only after an edit that could touch them, and
-//! the accelerator is rebuilt only if the columns differ.
+//! it. What is derived from the World is kept with what it was derived from, and derived again only when that differs:
+//! placements by the hierarchy and what moved in it, columns by the shapes and placements, the accelerator by the columns.
+//! Names are looked up when an edit changes them. Nothing here reads a file: what the World names and has not loaded is
+//! told ([`missing_images`], [`missing_environment`]) and given to it.
 //!
 //! A frame whose shutter is open is several moments of the World: each is set up as above and adds its share of every
 //! pixel's samples to a [`PartialFrame`].
@@ -20,8 +22,10 @@ mod hierarchy;
 mod lens;
 mod lights;
 mod previous_frame;
+mod references;
 mod render;
 mod reuse_bounds;
+mod shapes;
 mod spawn;
 mod stage;
 mod static_camera;
@@ -35,8 +39,9 @@ pub use previous_frame::PreviousFrame;
 pub use render::{FrameStats, PartialFrame, check, forget, render, render_samples, weighted_sum};
 pub use reuse_bounds::{ReuseBounds, affected_entities, reuse_bounds};
 pub use spawn::spawn;
-pub use stage::Stage;
+pub use stage::{LoadedFiles, Stage};
 pub use static_camera::{ObjectStates, StaticCameraCache};
+pub use textures::{FileRequest, missing_environment, missing_images};
 
 #[cfg(test)]
 mod tests;

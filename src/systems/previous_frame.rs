@@ -1,7 +1,6 @@
 //! The World as it was in the frame before, for the motion of what the camera sees.
 
 use glam::DAffine3;
-use hecs::World;
 
 use super::hierarchy::Placement;
 use super::stage::{AuthoredIndex, Despawned, Name, Stage};
@@ -27,14 +26,14 @@ struct EntityPose {
 impl PreviousFrame {
     /// The World as it stands, its placements up to date.
     pub fn of(stage: &Stage) -> PreviousFrame {
-        PreviousFrame { camera: stage.camera(), poses: poses(&stage.world, stage.entities.len()) }
+        PreviousFrame { camera: stage.camera(), poses: poses(stage) }
     }
 
     /// How entities have moved from then to the World as it stands now, for a picture of a size.
     pub fn motion_to(&self, stage: &Stage, size: [u32; 2]) -> MotionVectors {
         // Focus does not move the image of a point seen through the centre of the lens.
         let camera = CameraRays::new(&self.camera, size, 1.0);
-        let now = poses(&stage.world, stage.entities.len());
+        let now = poses(stage);
         let moved = now.iter().zip(&self.poses).enumerate().filter_map(|(index, (now, then))| {
             let (now, then) = now.as_ref().zip(then.as_ref())?;
             if now.placement == then.placement || now.name != then.name {
@@ -47,12 +46,13 @@ impl PreviousFrame {
     }
 }
 
-fn poses(world: &World, count: usize) -> Vec<Option<EntityPose>> {
-    let mut poses = vec![None; count];
-    type Parts<'q> = (&'q AuthoredIndex, Option<&'q Name>, Option<&'q Placement>);
-    for (order, name, placement) in world.query::<Parts>().without::<&Despawned>().iter() {
+fn poses(stage: &Stage) -> Vec<Option<EntityPose>> {
+    let mut poses = vec![None; stage.entities.len()];
+    for (order, name, placement) in stage.world.query::<Parts>().without::<&Despawned>().iter() {
         let placement = placement.map_or(DAffine3::IDENTITY, |placement| placement.0);
         poses[order.0 as usize] = Some(EntityPose { name: name.map(|name| name.0.clone()), placement });
     }
     poses
 }
+
+type Parts<'q> = (&'q AuthoredIndex, Option<&'q Name>, Option<&'q Placement>);

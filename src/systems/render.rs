@@ -10,10 +10,9 @@ use super::lights::LightGroups;
 use super::stage::{DerivedCache, Stage};
 use super::static_camera::{CachedTile, StaticCameraCache};
 use super::{accelerate, extract, hierarchy, lens, lights, textures};
-use crate::base::diagnostics::{Diagnostics, ScenePart, Subject};
-use crate::components::{Integrator, Render, Transfer};
+use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::components::{Integrator, Render};
 use crate::film::{AccumulatorOptions, Film, FilterTable, PixelAccumulator, denoise};
-use crate::load::image;
 use crate::trace::counters::Counters;
 use crate::trace::integrator;
 use crate::trace::integrator::photon::{PhotonCache, PhotonPass, ProgressiveState};
@@ -29,6 +28,7 @@ const TILE: u32 = 16;
 /// What one frame cost.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameStats {
+    /// Rays, hits and tests.
     pub counters: Counters,
     /// Name of the accelerator that was used.
     pub accel: &'static str,
@@ -36,8 +36,11 @@ pub struct FrameStats {
     pub builds: u32,
     /// Seed of the frame's sampling.
     pub seed: u64,
+    /// Time before the first ray: columns, accelerator, lights.
     pub build_seconds: f64,
+    /// Time of tracing.
     pub render_seconds: f64,
+    /// Tiles of the picture.
     pub tiles: usize,
     /// Tiles that were kept whole from an earlier frame.
     pub tiles_kept: usize,
@@ -45,9 +48,11 @@ pub struct FrameStats {
     pub share_kept: f64,
     /// Light groups that the picture is the sum of, and how many of them were kept from an earlier frame.
     pub passes: usize,
+    /// How many of the light groups were kept.
     pub passes_kept: usize,
     /// Photon maps that the picture was made with, and how many of them were kept.
     pub photon_maps: usize,
+    /// How many of the photon maps were kept.
     pub photon_maps_kept: usize,
     /// Memory of what is kept for later frames.
     pub reuse_bytes: usize,
@@ -84,15 +89,19 @@ impl PartialFrame {
         1.0 - self.stats.share_kept
     }
 
-    /// The frame as means of its samples, a film for each light group; `None` before its first samples.
-    pub fn resolve(self) -> Option<(Vec<Film>, FrameStats)> {
-        let FrameAccumulators { size, options, denoise: wanted, passes, tiles } = self.accumulators?;
+    /// The frame as means of its samples, a film for each light group, one at least.
+    ///
+    /// # Errors
+    /// No samples were traced, which is a mistake of the program.
+    pub fn resolve(self) -> Result<(Vec<Film>, FrameStats), Diagnostic> {
+        let FrameAccumulators { size, options, denoise: wanted, passes, tiles } =
+            self.accumulators.ok_or_else(|| Diagnostic::bug("a frame without samples has no picture"))?;
         let of_pass = |pass: usize| resolve(size, options_of(options, pass), tiles.iter().skip(pass).step_by(passes));
         let mut films: Vec<Film> = (0..passes).map(of_pass).collect();
         if wanted {
             films.iter_mut().for_each(denoise);
         }
-        Some((films, FrameStats { passes, ..self.stats }))
+        Ok((films, FrameStats { passes, ..self.stats }))
     }
 }
 
@@ -141,8 +150,11 @@ pub fn render(
 ) -> Result<Option<(Film, FrameStats)>, Diagnostics> {
     let mut partial = PartialFrame::default();
     let whole = render_samples(stage, SampleSubset::WHOLE, &mut partial, cancel, progress)?;
-    let resolved_films = partial.resolve().filter(|_| whole);
-    Ok(resolved_films.and_then(|(mut films, stats)| films.pop().map(|film| (film, stats))))
+    if !whole {
+        return Ok(None);
+    }
+    let (films, stats) = partial.resolve()?;
+    Ok(films.into_iter().next().map(|film| (film, stats)))
 }
 
 /// Adds a subset of the samples of every pixel, at the moment at which the World stands; false if `cancel` was raised.
@@ -161,32 +173,31 @@ pub fn render_samples(
 ) -> Result<bool, Diagnostics> {
     let start = Instant::now();
     hierarchy::update(stage)?;
-    let rebuilt = extract::update(stage)?;
-    partial.stats.builds += u32::from(accelerate::update(stage, share, rebuilt));
+    let geometry = extract::update(stage)?;
     let mut settings = stage.settings();
     let environment_group = partial.light_groups.assign_environment(&mut settings);
     if partial.accumulators.is_none() {
         partial.stats.seed = settings.seed.unwrap_or_else(|| lens::pose_seed(&stage.camera()));
     }
     let resolved = Settings::new(&settings, partial.stats.seed);
+    let environment = environment_of(stage, &settings, resolved.follows_paths())?;
+    let (accelerator, is_new) = accelerate::update(stage, share, &geometry);
+    partial.stats.builds += u32::from(is_new);
     let mut camera = lens::camera_rays(stage, settings.size)?;
     if !resolved.lens {
         camera = camera.pinhole();
     }
-    let environment = environment_of(stage, &settings, resolved.follows_paths())?;
     let before = stage.previous.as_ref().map(|previous| previous.motion_to(stage, settings.size));
     let bindings = textures::texture_bindings(stage)?;
     let mut materials = extract::materials(stage);
     partial.light_groups.assign_materials(&mut materials);
-    let geometry = &stage.derived.geometry;
-    let lights = Lights::new(lights::lights(stage, &partial.light_groups), geometry, &materials)
-        .under(environment.as_ref(), geometry)
+    let lights = Lights::new(lights::lights(stage, &partial.light_groups)?, &geometry, &materials)
+        .under(environment.as_ref(), &geometry)
         .environment_in_group(environment_group);
-    let Some((_, accelerator)) = &stage.derived.accelerator else { return Ok(false) };
     let filter = FilterTable::new(settings.filter, settings.filter_width());
     let context = RenderContext {
-        geometry: &stage.derived.geometry,
-        accelerator,
+        geometry: &geometry,
+        accelerator: &accelerator,
         materials: &materials,
         lights: &lights,
         textures: &bindings,
@@ -247,23 +258,23 @@ pub fn render_samples(
 
 /// Forgets what is kept between frames, as after a panic halfway.
 pub fn forget(stage: &mut Stage) {
-    stage.derived = DerivedCache { stale_hierarchy: true, stale_geometry: true, ..DerivedCache::default() };
+    let unresolved = (0..stage.entities.len()).collect();
+    stage.derived = DerivedCache { unresolved, ..DerivedCache::default() };
 }
 
 /// Sees to it that the World as it stands can be rendered, without rendering it.
 ///
 /// # Errors
-/// A focus on an entity that does not exist or does not lie before the camera; a picture that cannot be read.
-pub fn check(stage: &mut Stage) -> Result<(), Diagnostics> {
-    lens::camera_rays(stage, stage.settings().size)?;
-    textures::load_images(stage)
+/// A focus on an entity that does not exist or does not lie before the camera.
+pub fn check(stage: &Stage) -> Result<(), Diagnostics> {
+    lens::camera_rays(stage, stage.settings().size).map(drop)
 }
 
-/// The environment that the settings ask for. A file is read unless it is the one that was read last; what sampling needs
-/// of it, if it is to be `sampled`, is kept with it.
+/// The environment that the settings ask for, from the file that was loaded for it; what sampling needs of it, if it is
+/// to be `sampled`, is kept with it.
 fn environment_of(stage: &mut Stage, settings: &Render, sampled: bool) -> Result<Option<Environment>, Diagnostics> {
     let Render { environment_intensity: intensity, environment_rotation: rotation, .. } = *settings;
-    let Some(name) = &settings.environment else {
+    let Some(key) = textures::environment_key(stage) else {
         let sky = settings.sky.map(|colors| EnvironmentMap::Sky(colors.map(|c| c.as_vec3())));
         return Ok(sky.map(|source| {
             let mut sky = Environment::new(source, intensity, rotation);
@@ -273,20 +284,20 @@ fn environment_of(stage: &mut Stage, settings: &Render, sampled: bool) -> Result
             sky
         }));
     };
-    let key = (name.clone(), settings.transfer == Transfer::Srgb);
-    let DerivedCache { environment, images, .. } = &mut stage.derived;
-    let mut kept = match environment.take() {
+    let mut kept = match stage.derived.environment.take() {
         Some((known, kept)) if known == key => kept.placed(intensity, rotation),
         _ => {
-            let field = Subject { part: ScenePart::Render, component: None, field: Some("environment") };
-            let map = image::read_surroundings(images, &stage.base, name, key.1).map_err(|e| e.about(field))?;
-            Environment::new(map, intensity, rotation)
+            let loaded = stage.files.environment.as_ref().filter(|(known, _)| *known == key);
+            let Some((_, source)) = loaded else {
+                return Err(Diagnostic::bug(format!("the environment `{}` was not loaded", key.0)).into());
+            };
+            Environment::new(source.clone(), intensity, rotation)
         }
     };
     if sampled {
         kept.prepare();
     }
-    *environment = Some((key, kept.clone()));
+    stage.derived.environment = Some((key, kept.clone()));
     Ok(Some(kept))
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 
 use super::hierarchy::Placement;
-use super::stage::{AuthoredIndex, Stage, get};
+use super::stage::{AuthoredIndex, MaterialIndex, Stage, get};
 use crate::base::digest::{Digest, Hasher};
 use crate::components::content::{feed_component, feed_record};
 use crate::components::*;
@@ -19,13 +19,18 @@ pub enum ReuseBounds {
     Nothing,
     /// It has a finite size.
     Bounded {
+        /// All that decides what rays find there.
         digest: Digest,
+        /// Where rays can meet it, world space.
         place: Kdop,
         /// Address of its mesh: how a mesh is traced depends on how many share it.
         mesh: Option<usize>,
     },
     /// It reaches everywhere, or emits light: rays that never come near it depend on it too.
-    Everywhere { digest: Digest },
+    Everywhere {
+        /// All that decides what rays find.
+        digest: Digest,
+    },
 }
 
 /// The reuse bounds of the entity at an authored index, as the World is now.
@@ -37,28 +42,27 @@ pub fn reuse_bounds(stage: &Stage, index: usize) -> ReuseBounds {
     let (mut place, mut mesh, mut everywhere): (Option<Kdop>, _, _) = (None, None, false);
     for component in Kind::ALL.iter().filter_map(|kind| get(&stage.world, entity, *kind)) {
         feed_component(&component, |_| true, &mut hasher, &mut |_, _| {});
-        match &component {
-            Component::MaterialName(name) => {
-                let number = stage.material_names.get(&name.0);
-                let material = number.and_then(|i| stage.world.get::<&Material>(stage.materials[*i]).ok());
-                let Some(material) = material else {
-                    everywhere = true;
-                    continue;
-                };
-                everywhere |= is_emissive(&material);
-                feed_record(&*material, |_| true, &mut hasher, &mut |_, _| {});
+        match component.kind().role() {
+            // Where the entity is at the moment is in its placement; what it did before is not.
+            Role::Placement => everywhere |= component.kind() == Kind::Motion,
+            Role::Light => everywhere = true,
+            Role::Surface => {
+                let number = stage.world.get::<&MaterialIndex>(entity).ok();
+                let number = number.filter(|_| component.kind() == MaterialName::KIND).map(|number| number.0 as usize);
+                if let Some(material) = number.and_then(|i| stage.world.get::<&Material>(stage.materials[i]).ok()) {
+                    everywhere |= is_emissive(&material);
+                    feed_record(&*material, |_, _| true, &mut hasher, &mut |_, _| {});
+                }
             }
-            Component::Mesh(shape) => mesh = Some(Arc::as_ptr(&shape.data) as usize),
-            Component::Plane(_) | Component::PointLight(_) | Component::AreaLight(_) | Component::Motion(_) => {
-                everywhere = true;
+            Role::Shape => {
+                let Some(shape) = component.shape() else { continue };
+                match shape.reach() {
+                    Reach::Empty => {}
+                    Reach::Infinite => everywhere = true,
+                    Reach::Finite => place = Some(place.unwrap_or_default().union(bounds_of(shape, &placement))),
+                }
+                mesh = mesh.or(Mesh::of(&component).map(|mesh| Arc::as_ptr(&mesh.data) as usize));
             }
-            _ => {}
-        }
-        if has_surface(&component) {
-            let turned = placement.matrix3.transpose();
-            let reach = |d: DVec3| support(&component, turned * d) + placement.translation.dot(d);
-            place =
-                Some(place.unwrap_or_default().union(Kdop::new(reach).wider(rounding_error(&component, &placement))));
         }
     }
     let digest = hasher.finish();
@@ -73,56 +77,19 @@ fn is_emissive(material: &Material) -> bool {
     material.emission != DVec3::ZERO
 }
 
-/// Whether it is a shape of finite size.
-fn has_surface(component: &Component) -> bool {
-    match component {
-        Component::Mesh(mesh) => !mesh.data.vertices.is_empty(),
-        Component::Sphere(_)
-        | Component::Triangle(_)
-        | Component::AABox(_)
-        | Component::Cylinder(_)
-        | Component::Cone(_) => true,
-        Component::Plane(_)
-        | Component::Transform(_)
-        | Component::Motion(_)
-        | Component::MaterialName(_)
-        | Component::Texture(_)
-        | Component::PointLight(_)
-        | Component::AreaLight(_) => false,
-    }
+/// Where rays can meet a shape of finite size.
+fn bounds_of(shape: &dyn Shape, placement: &DAffine3) -> Kdop {
+    let to_local = placement.matrix3.transpose();
+    let support = |d: DVec3| shape.support(to_local * d) + placement.translation.dot(d);
+    Kdop::new(support).wider(rounding_error(shape, placement))
 }
 
 /// How far off its place a shape may be intersected by rays in its local space, in world units: the error of `f32` grows
 /// with the distance from that space's origin.
-fn rounding_error(component: &Component, placement: &DAffine3) -> f64 {
-    let far = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]).map(|d| support(component, d).abs());
+fn rounding_error(shape: &dyn Shape, placement: &DAffine3) -> f64 {
+    let far = DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]).map(|d| shape.support(d).abs());
     let stretch = placement.matrix3.to_cols_array().into_iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     4e-6 * stretch * far.fold(0.0, f64::max)
-}
-
-/// The support function of a shape in its local space: the greatest dot product of its points and a direction, which may
-/// have any length.
-fn support(component: &Component, along: DVec3) -> f64 {
-    let of_box = |[min, max]: [DVec3; 2]| (min * along).max(max * along).element_sum();
-    let of_disks = |ends: [(DVec3, f64); 2]| {
-        let axis = (ends[1].0 - ends[0].0).normalize_or_zero();
-        let across = (along - axis * along.dot(axis)).length();
-        ends.into_iter()
-            .map(|(center, radius)| center.dot(along) + radius.abs() * across)
-            .fold(f64::NEG_INFINITY, f64::max)
-    };
-    match component {
-        Component::Sphere(shape) => shape.center.dot(along) + shape.radius.abs() * along.length(),
-        Component::Triangle(shape) => shape.vertices.iter().map(|v| v.dot(along)).fold(f64::NEG_INFINITY, f64::max),
-        Component::AABox(shape) => of_box([shape.min.min(shape.max), shape.max.max(shape.min)]),
-        Component::Cylinder(shape) => of_disks([(shape.base, shape.radius), (shape.apex, shape.radius)]),
-        Component::Cone(shape) => of_disks([(shape.base, shape.base_radius), (shape.apex, shape.apex_radius)]),
-        Component::Mesh(mesh) => {
-            let boxes = mesh.data.boxes().iter().map(|corners| of_box(corners.map(|corner| corner.as_dvec3())));
-            boxes.fold(f64::NEG_INFINITY, f64::max)
-        }
-        _ => f64::NEG_INFINITY,
-    }
 }
 
 /// Authored indices of all entities that may differ from the base scene under these edits, which the World stands under;
@@ -143,15 +110,15 @@ pub fn affected_entities(stage: &Stage, edits: &[Edit]) -> Option<BTreeSet<usize
         }
     }
     if !materials.is_empty() {
-        for (order, material) in stage.world.query::<(&AuthoredIndex, &MaterialName)>().iter() {
-            if stage.material_names.get(&material.0).is_some_and(|index| materials.contains(index)) {
+        for (order, material) in stage.world.query::<(&AuthoredIndex, &MaterialIndex)>().iter() {
+            if materials.contains(&(material.0 as usize)) {
                 found.insert(order.0 as usize);
             }
         }
     }
     let mut open: Vec<usize> = found.iter().copied().collect();
     while let Some(index) = open.pop() {
-        let children = stage.derived.children.get(&index).into_iter().flatten();
+        let children = stage.derived.hierarchy.children.get(&index).into_iter().flatten();
         open.extend(children.filter(|child| found.insert(**child)));
     }
     Some(found)
@@ -193,7 +160,7 @@ mod tests {
             }
             Component::Triangle(s) => s.vertices.to_vec(),
             Component::Mesh(mesh) => mesh.data.vertices.iter().map(|v| v.as_dvec3()).collect(),
-            _ => Vec::new(),
+            other => panic!("no points of a {} are known", other.kind().name()),
         }
     }
 
@@ -214,12 +181,12 @@ mod tests {
             (Component::Mesh(Mesh { data: Arc::new(data), ..Mesh::default() }), 0.9),
         ];
         for (shape, slack) in shapes {
-            assert!(has_surface(&shape));
+            assert_eq!(shape.shape().map(Shape::reach), Some(Reach::Finite));
             for i in 0..40 {
                 let t = f64::from(i);
                 let along = DVec3::new(libm::sin(t), libm::cos(t * 1.3), libm::sin(t * 0.7 + 1.0));
                 let found = points(&shape).into_iter().map(|p| p.dot(along)).fold(f64::NEG_INFINITY, f64::max);
-                let most = support(&shape, along);
+                let most = shape.shape().unwrap().support(along);
                 assert!(found <= most + 1e-9 && most < found + slack, "{shape:?} {along} {found} {most}");
             }
         }

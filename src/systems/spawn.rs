@@ -2,8 +2,8 @@
 
 use hecs::{EntityBuilder, World};
 
-use super::stage::{AuthoredIndex, DerivedCache, Name, Stage, Tags, add};
-use super::{extract, hierarchy};
+use super::hierarchy;
+use super::stage::{AuthoredIndex, DerivedCache, LoadedFiles, MaterialIndex, Name, Revisions, Stage, Tags, add};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::base::limits;
 use crate::components::*;
@@ -28,12 +28,9 @@ pub fn spawn(scene: Scene) -> Result<Stage, Diagnostics> {
         time: 0.0,
         previous: None,
         frames_left: 1,
-        derived: DerivedCache {
-            images: scene.images,
-            stale_hierarchy: true,
-            stale_geometry: true,
-            ..DerivedCache::default()
-        },
+        files: LoadedFiles { images: scene.images, environment: None },
+        revisions: Revisions::default(),
+        derived: DerivedCache::default(),
     };
     for (name, material) in scene.materials {
         add_material(&mut stage, name, material)?;
@@ -43,7 +40,6 @@ pub fn spawn(scene: Scene) -> Result<Stage, Diagnostics> {
         spawn_entity(&mut stage, &mut builder, desc)?;
     }
     hierarchy::update(&mut stage)?;
-    extract::check_materials(&stage)?;
     Ok(stage)
 }
 
@@ -78,6 +74,13 @@ pub(super) fn spawn_entity(
     }
     if !desc.tags.is_empty() {
         builder.add(Tags(std::mem::take(&mut desc.tags)));
+    }
+    if let Some(name) = desc.component::<MaterialName>() {
+        match stage.material_names.get(&name.0) {
+            Some(number) => drop(builder.add(MaterialIndex(*number as u32))),
+            // It may be added later.
+            None => stage.derived.unresolved.push(index),
+        }
     }
     for component in desc.into_components() {
         add(builder, component);

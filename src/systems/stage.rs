@@ -1,6 +1,6 @@
 //! The World, the authored order of what is in it, and what is kept between frames.
 
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 use hecs::{Entity, EntityBuilder, World};
 use rustc_hash::FxHashMap;
@@ -11,7 +11,7 @@ use crate::base::project::Folder;
 use crate::components::entity::every_kind;
 use crate::components::*;
 use crate::trace::accel::Accelerator;
-use crate::trace::light::environment::Environment;
+use crate::trace::light::environment::{Environment, EnvironmentMap};
 use crate::trace::primitive::Geometry;
 
 /// Position of an entity in the authored order.
@@ -28,6 +28,12 @@ pub struct Tags(pub Vec<Text>);
 /// Marks an entity that a frame has removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Despawned;
+
+/// The number of an entity's material; entities without one have the default material.
+///
+/// It follows from the entity's [`MaterialName`] and is kept up to date by [`super::references`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MaterialIndex(pub u32);
 
 /// The World and what goes with it.
 ///
@@ -50,30 +56,72 @@ pub struct Stage {
     pub(super) previous: Option<PreviousFrame>,
     /// Frames that are still to be rendered of this World at most, the next one included.
     pub(super) frames_left: u32,
+    pub(super) files: LoadedFiles,
+    pub(super) revisions: Revisions,
     pub(super) derived: DerivedCache,
 }
 
-/// What is derived from the World and outlives a frame, with marks of what an edit may have made stale.
+/// What was read of the files that the World names; nothing is read while it is rendered.
+#[derive(Clone, Default)]
+pub struct LoadedFiles {
+    /// Images of textures, and of environments that are one image.
+    pub images: ImageCache,
+    /// The environment that was read last.
+    pub environment: Option<(EnvironmentKey, EnvironmentMap)>,
+}
+
+/// An environment's file, and whether its values were decoded to linear light.
+pub type EnvironmentKey = (Text, bool);
+
+/// Numbers that change with what they are named after: what is derived from the World is kept with the number that it
+/// was derived at, and is up to date while that is the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Revisions {
+    /// Which entities there are, their parents and motions.
+    pub hierarchy: u64,
+    /// Transforms of entities.
+    pub transforms: u64,
+    /// Shapes, which materials they have, and which sides those show.
+    pub shapes: u64,
+}
+
+/// What placements are derived from: the number of the hierarchy, and the time if anything is in motion.
+pub(super) type PlacementKey = (u64, Option<u64>);
+
+/// What columns of primitives are derived from.
+pub(super) type GeometryKey = (PlacementKey, Revisions);
+
+/// What is derived from the World and outlives a frame, each with what it was derived from.
 #[derive(Default)]
 pub(super) struct DerivedCache {
-    pub geometry: Arc<Geometry>,
-    pub accelerator: Option<(AccelKey, Accelerator)>,
+    /// What the placements in the World were derived from, but for transforms that `moved`.
+    pub placements: Option<PlacementKey>,
+    pub hierarchy: Hierarchy,
+    /// Entities whose transforms changed since and whose parents did not.
+    pub moved: Vec<usize>,
+    /// Entities whose material names changed since their material numbers were looked up.
+    pub unresolved: Vec<usize>,
+    pub geometry: Option<(GeometryKey, Arc<Geometry>)>,
+    pub accelerator: Option<BuiltAccelerator>,
+    /// The environment that was prepared last.
+    pub environment: Option<(EnvironmentKey, Environment)>,
+}
+
+/// Who stands in the space of whom, by authored index.
+#[derive(Default)]
+pub(super) struct Hierarchy {
+    pub parents: FxHashMap<usize, usize>,
+    pub children: FxHashMap<usize, Vec<usize>>,
+}
+
+/// An accelerator with what it was built from.
+pub(super) struct BuiltAccelerator {
+    /// The columns; they are not kept for it.
+    pub geometry: Weak<Geometry>,
+    pub key: AccelKey,
+    pub accelerator: Arc<Accelerator>,
     /// Rays that were expected to be traced with it so far, since it was built anew and not only refitted.
     pub served: f64,
-    /// The environment that was used last, by its file and whether its values were decoded to linear light.
-    pub environment: Option<((Text, bool), Environment)>,
-    /// Images that were read for textures.
-    pub images: ImageCache,
-    /// Placements may be out of date.
-    pub stale_hierarchy: bool,
-    /// Authored indices of the entities that stand in the space of another, by that one.
-    pub children: FxHashMap<usize, Vec<usize>>,
-    /// Entities whose transforms changed and whose parents did not: they and their children may be out of place.
-    pub moved: Vec<usize>,
-    /// Materials that entities name may not exist.
-    pub stale_materials: bool,
-    /// Columns of primitives may be out of date.
-    pub stale_geometry: bool,
 }
 
 /// The settings that an accelerator was built with.
@@ -84,21 +132,40 @@ pub(super) struct AccelKey {
 }
 
 impl Stage {
+    /// The camera, as edits left it.
     pub fn camera(&self) -> Camera {
         copy(&self.world, self.camera)
     }
 
+    /// Settings of the picture, as edits left them.
     pub fn settings(&self) -> Render {
         copy(&self.world, self.settings)
     }
 
+    /// The folder that file names in the scene are relative to.
+    pub fn base(&self) -> &Folder {
+        &self.base
+    }
+
+    /// What was read of the files that the World names.
+    pub fn files_mut(&mut self) -> &mut LoadedFiles {
+        &mut self.files
+    }
+
     /// Sets the time that entities with `motion` go by, in the units of the camera's shutter.
     pub fn set_time(&mut self, time: f64) {
-        if self.time != time && self.world.query::<&Motion>().iter().next().is_some() {
-            self.derived.stale_hierarchy = true;
-            self.derived.stale_geometry = true;
-        }
         self.time = time;
+    }
+
+    /// What placements follow from, as the World stands.
+    pub(super) fn placement_key(&self) -> PlacementKey {
+        let moves = self.world.query::<&Motion>().iter().next().is_some();
+        (self.revisions.hierarchy, moves.then_some(self.time.to_bits()))
+    }
+
+    /// What columns of primitives follow from, as the World stands.
+    pub(super) fn geometry_key(&self) -> GeometryKey {
+        (self.placement_key(), self.revisions)
     }
 
     /// Sets how many frames are still to be rendered of this World at most, the next one included; it is 1 otherwise. Only
@@ -121,6 +188,17 @@ impl Stage {
     pub(super) fn live(&self, index: usize) -> Option<Entity> {
         let entity = *self.entities.get(index)?;
         self.world.get::<&Despawned>(entity).is_err().then_some(entity)
+    }
+
+    /// Calls for every entity that has what `Q` asks for, in authored order.
+    pub(super) fn for_each_in_order<Q: hecs::Query>(
+        &self,
+        mut call: impl FnMut(usize, Q::Item<'_>) -> Result<(), Diagnostic>,
+    ) -> Result<(), Diagnostic> {
+        let mut query = self.world.query::<(&AuthoredIndex, Q)>().without::<&Despawned>();
+        let mut found: Vec<_> = query.iter().collect();
+        found.sort_by_key(|(order, _)| **order);
+        found.into_iter().try_for_each(|(order, item)| call(order.0 as usize, item))
     }
 
     /// What a message calls the entity.
@@ -155,7 +233,7 @@ fn copy<T: hecs::Component + Clone + Default>(world: &World, entity: Entity) -> 
 
 /// Writes the four ways of reaching a component by its kind, once for all kinds.
 macro_rules! storage {
-    ($($name:ident : $variant:ident),* $(,)?) => {
+    ($($name:ident : $variant:ident is $role:ident),* $(,)?) => {
         pub(super) fn add(builder: &mut EntityBuilder, component: Component) {
             match component { $( Component::$variant(c) => { builder.add(c); } )* }
         }

@@ -12,6 +12,7 @@ use crate::trace::simd::Width;
 /// The frames of a window, which differ in objects alone: the state of each object in each frame.
 #[derive(Debug, Default)]
 pub struct ObjectStates {
+    /// Bounds of all states, with their bits.
     pub boxes: TrackedRegions,
     /// By frame and object: the number of its state; none if it is not there.
     states: Vec<Vec<Option<u32>>>,
@@ -160,6 +161,7 @@ pub struct StaticCameraCache {
 }
 
 impl StaticCameraCache {
+    /// An empty cache that may take so many bytes.
     pub fn new(states: ObjectStates, memory: u64) -> Self {
         let conditions = vec![None; states.frames()];
         let memory = usize::try_from(memory).unwrap_or(usize::MAX);
@@ -223,6 +225,7 @@ impl StaticCameraCache {
         true
     }
 
+    /// Memory that is taken.
     pub fn bytes(&self) -> usize {
         let tile = |tile: &CachedTile| tile.accumulator.bytes() + tile.trail.memory() + size_of::<CachedTile>();
         self.tiles.iter().map(tile).sum()

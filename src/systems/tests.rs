@@ -6,7 +6,9 @@ use std::sync::atomic::AtomicBool;
 use glam::DVec3;
 
 use super::hierarchy::Placement;
+use super::stage::{BuiltAccelerator, MaterialIndex};
 use super::*;
+use crate::base::diagnostics::{ScenePart, Subject};
 use crate::components::*;
 
 fn ball(name: &str, at: [f64; 3]) -> EntityDesc {
@@ -110,11 +112,12 @@ fn a_failed_edit_leaves_nothing_behind() {
 fn what_an_edit_leaves_alone_is_not_rebuilt() {
     let mut stage = spawn(scene()).unwrap();
     film(&mut stage);
-    let columns = stage.derived.geometry.clone();
+    let columns = |stage: &Stage| stage.derived.geometry.as_ref().unwrap().1.clone();
+    let before = columns(&stage);
     let same_after = |stage: &mut Stage, edit: Edit| {
         let taken_back = animate(stage, vec![edit]).unwrap();
         film(stage);
-        let same = Arc::ptr_eq(&stage.derived.geometry, &columns);
+        let same = Arc::ptr_eq(&columns(stage), &before);
         undo(stage, taken_back);
         same
     };
@@ -158,6 +161,52 @@ fn entities_that_move_stand_where_a_new_world_has_them() {
 }
 
 #[test]
+fn materials_of_entities_are_those_that_a_new_world_has() {
+    let numbers = |stage: &Stage| {
+        let all = stage.entities.iter();
+        all.map(|e| stage.world.get::<&MaterialIndex>(*e).ok().map(|number| number.0)).collect::<Vec<_>>()
+    };
+    let mut stage = spawn(scene()).unwrap();
+    let late = || {
+        let mut desc = ball("d", [1.0; 3]);
+        desc.put(MaterialName("late".into()).into());
+        desc
+    };
+    let add = |name: &str| Edit::AddMaterial { name: name.into(), material: Material::default() };
+    for edits in [
+        vec![add("new"), put(0, MaterialName("new".into())), put(1, MaterialName("red".into()))],
+        vec![Edit::Take { entity: 0, kind: Kind::MaterialName }],
+        vec![Edit::Spawn(late()), add("late")],
+    ] {
+        let taken_back = animate(&mut stage, edits).unwrap();
+        assert_eq!(numbers(&stage), numbers(&spawn(collect(&stage)).unwrap()));
+        undo(&mut stage, taken_back);
+        hierarchy::update(&mut stage).unwrap();
+        assert_eq!(numbers(&stage), numbers(&spawn(scene()).unwrap()));
+    }
+}
+
+#[test]
+fn a_missing_file_is_told_and_not_read() {
+    let texture = Texture { image: Some("wood.png".into()), ..Texture::default() };
+    let mut scene = scene();
+    scene.entities[1].put(texture.clone().into());
+    scene.entities[2].put(texture.into());
+    scene.render.environment = Some("sky".into());
+    let mut stage = spawn(scene).unwrap();
+    let file = |file: &str, owner: &str, part, component, field| {
+        let subject = Subject { part, component, field: Some(field) };
+        FileRequest { file: file.into(), decoded: true, owner: owner.into(), subject }
+    };
+    let image = file("wood.png", "texture of entity `b`", ScenePart::Entity(1), Some("texture"), "image");
+    assert_eq!(missing_images(&stage), [image]);
+    let environment = file("sky", "`environment`", ScenePart::Render, None, "environment");
+    assert_eq!(missing_environment(&stage), Some(environment));
+    let said = render(&mut stage, &AtomicBool::new(false), &|_, _| {}).unwrap_err().to_string();
+    assert!(said.contains("`sky` was not loaded") && said.contains("a mistake in anim"), "{said}");
+}
+
+#[test]
 fn a_mirrored_mesh_keeps_its_outside() {
     let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
     let one_sided = Material { two_sided: false, ..Material::default() };
@@ -187,7 +236,7 @@ fn a_tree_is_as_good_as_the_rays_that_are_expected_are_worth() {
     entities.push(EntityDesc::new([transform.into(), Mesh { data: sheet(), ..Mesh::default() }.into()]));
     let few = Scene { entities, render: Render { samples: 1, ..scene().render }, ..scene() };
     let many = Scene { render: Render { samples: 64, ..scene().render }, ..few.clone() };
-    let is_fast = |stage: &Stage| stage.derived.accelerator.as_ref().unwrap().1.is_outgrown(f64::INFINITY);
+    let is_fast = |stage: &Stage| stage.derived.accelerator.as_ref().unwrap().accelerator.is_outgrown(f64::INFINITY);
     let after = |scene: &Scene, pictures: u32| {
         let mut stage = spawn(scene.clone()).unwrap();
         stage.set_frames_left(pictures);
@@ -218,9 +267,9 @@ fn a_mesh_that_many_entities_use_is_stored_once() {
     let entities = (0..10_000).map(copy).collect();
     let mut stage = spawn(Scene { entities, ..scene() }).unwrap();
     film(&mut stage);
-    let geometry = &stage.derived.geometry;
+    let (_, geometry) = stage.derived.geometry.as_ref().unwrap();
+    let BuiltAccelerator { accelerator, .. } = stage.derived.accelerator.as_ref().unwrap();
     assert_eq!((geometry.len(), geometry.models().len(), geometry.parts().len()), (10_000, 1, 0));
-    let (_, accelerator) = stage.derived.accelerator.as_ref().unwrap();
     let bytes = accelerator.bytes() + size_of_val(&data.triangles[..]);
     assert!(bytes < 10_000 * 1_000, "{bytes}");
 }

@@ -6,67 +6,85 @@ use glam::{DAffine3, Vec3};
 use rustc_hash::FxHashMap;
 
 use super::hierarchy::Placement;
-use super::stage::{AuthoredIndex, Despawned, Stage};
+use super::stage::{EnvironmentKey, MaterialIndex, Stage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::components::*;
-use crate::load::image;
 use crate::trace::material::texture::{TextureBindings, TextureLayer, TextureSet};
 use crate::trace::primitive::{AffineMap, Bounds, ObjectSpace};
 
-/// Calls for every texture of the World, with whether it is of colours, what it belongs to, and what a message calls that.
-fn for_each_texture(
-    stage: &Stage,
-    mut call: impl FnMut(&Texture, bool, Subject, &dyn Fn() -> String) -> Result<(), Diagnostic>,
-) -> Result<(), Diagnostic> {
+/// A file that the World names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileRequest {
+    /// Its name, relative to the scene.
+    pub file: Text,
+    /// Whether its bytes stand for the sRGB curve and are to be decoded to linear light.
+    pub decoded: bool,
+    /// What a message calls its user.
+    pub owner: String,
+    /// Where the scene names it.
+    pub subject: Subject,
+}
+
+/// Whether the numbers of colour images are decoded to linear light.
+fn decodes_colors(stage: &Stage) -> bool {
+    stage.settings().transfer == Transfer::Srgb
+}
+
+/// The images of textures that are not loaded, as the World stands.
+pub fn missing_images(stage: &Stage) -> Vec<FileRequest> {
+    let mut missing: Vec<FileRequest> = Vec::new();
+    let decodes = decodes_colors(stage);
+    let mut add = |texture: &Texture, coloured: bool, subject: Subject, owner: &dyn Fn() -> String| {
+        let Some(file) = &texture.image else { return };
+        let (file, decoded) = (file.clone(), texture.decodes(coloured && decodes));
+        let is_known = missing.iter().any(|one| one.file == file && one.decoded == decoded);
+        if !is_known && !stage.files.images.0.contains_key(&(file.clone(), decoded)) {
+            missing.push(FileRequest { file, decoded, owner: owner(), subject });
+        }
+    };
     for (i, entity) in stage.materials.iter().enumerate() {
         let Ok(material) = stage.world.get::<&Material>(*entity) else { continue };
         for (field, texture, coloured) in material.maps() {
             let name = || stage.material_names.iter().find(|(_, index)| **index == i).map_or("", |(name, _)| name);
             let subject = Subject { part: ScenePart::Material(i), component: None, field: Some(field) };
-            call(texture, coloured, subject, &|| format!("`{field}` of material `{}`", name()))?;
+            add(texture, coloured, subject, &|| format!("`{field}` of material `{}`", name()));
         }
     }
-    let mut query = stage.world.query::<(&AuthoredIndex, &Texture)>().without::<&Despawned>();
-    let mut found: Vec<_> = query.iter().collect();
-    found.sort_by_key(|(order, _)| **order);
-    for (order, texture) in found {
-        let part = ScenePart::Entity(order.0 as usize);
-        let subject = Subject { part, component: Some(Kind::Texture.name()), field: Some("image") };
-        call(texture, true, subject, &|| format!("texture of {}", stage.label(order.0 as usize)))?;
-    }
-    Ok(())
+    let _ = stage.for_each_in_order::<&Texture>(|index, texture| {
+        let component = Some(Kind::Texture.name());
+        let subject = Subject { part: ScenePart::Entity(index), component, field: Some("image") };
+        add(texture, true, subject, &|| format!("texture of {}", stage.label(index)));
+        Ok(())
+    });
+    missing
 }
 
-/// Reads the pictures that textures name, those that are not yet there.
-///
-/// # Errors
-/// A picture that cannot be read, and who names it.
-pub fn load_images(stage: &mut Stage) -> Result<(), Diagnostics> {
-    let mut images = std::mem::take(&mut stage.derived.images);
-    let curved = stage.settings().transfer == Transfer::Srgb;
-    let read = for_each_texture(stage, |texture, coloured, subject, owner| {
-        let Some(file) = &texture.image else { return Ok(()) };
-        let fetched = image::fetch(&mut images, &stage.base, file, texture.decodes(coloured && curved));
-        fetched
-            .map(|_| ())
-            .map_err(|e| Diagnostic { message: format!("{}: {}", owner(), e.message), ..e }.about(subject))
-    });
-    stage.derived.images = images;
-    read.map_err(Diagnostics::from)
+/// The environment that the settings name, if it is not loaded.
+pub fn missing_environment(stage: &Stage) -> Option<FileRequest> {
+    let (file, decoded) = environment_key(stage)?;
+    let is_loaded = stage.files.environment.as_ref().is_some_and(|(key, _)| *key == (file.clone(), decoded));
+    let subject = Subject { part: ScenePart::Render, component: None, field: Some("environment") };
+    (!is_loaded).then(|| FileRequest { file, decoded, owner: "`environment`".into(), subject })
+}
+
+/// The environment that the settings name, with how it is decoded.
+pub(super) fn environment_key(stage: &Stage) -> Option<EnvironmentKey> {
+    stage.settings().environment.map(|file| (file, decodes_colors(stage)))
 }
 
 /// The textures of every entity: the maps of its material, and its own texture over them.
 ///
 /// # Errors
-/// As [`load_images`].
-pub fn texture_bindings(stage: &mut Stage) -> Result<TextureBindings, Diagnostics> {
-    load_images(stage)?;
-    let stage = &*stage;
-    let curved = stage.settings().transfer == Transfer::Srgb;
+/// An image that is not loaded.
+pub fn texture_bindings(stage: &Stage) -> Result<TextureBindings, Diagnostics> {
+    if let Some(missing) = missing_images(stage).first() {
+        return Err(Diagnostic::bug(format!("{}: `{}` was not loaded", missing.owner, missing.file)).into());
+    }
+    let decodes = decodes_colors(stage);
     let layer = |texture: &Texture, coloured: bool| {
-        let picture =
-            |file: &Text| stage.derived.images.0.get(&(file.clone(), texture.decodes(coloured && curved))).cloned();
-        TextureLayer::new(texture, texture.image.as_ref().and_then(picture))
+        let image =
+            |file: &Text| stage.files.images.0.get(&(file.clone(), texture.decodes(coloured && decodes))).cloned();
+        TextureLayer::new(texture, texture.image.as_ref().and_then(image))
     };
     let of_material = |entity: &hecs::Entity| {
         let material = stage.world.get::<&Material>(*entity).ok();
@@ -85,19 +103,15 @@ pub fn texture_bindings(stage: &mut Stage) -> Result<TextureBindings, Diagnostic
     let mut bindings = TextureBindings::default();
     let of_material: Vec<Option<u32>> =
         sets.iter().map(|set| (!set.is_empty()).then(|| bindings.add(set.clone()))).collect();
-    type Parts<'q> =
-        (&'q AuthoredIndex, Option<&'q Texture>, Option<&'q MaterialName>, Option<&'q Placement>, Option<&'q Mesh>);
     let textured = of_material.iter().any(Option::is_some);
     if !textured && stage.world.query::<&Texture>().iter().next().is_none() {
         return Ok(bindings);
     }
-    let mut query = stage.world.query::<Parts>().without::<&Despawned>();
-    let mut found: Vec<_> = query.iter().filter(|(_, texture, ..)| textured || texture.is_some()).collect();
-    found.sort_by_key(|(order, ..)| **order);
     // Entities that are textured alike share a set of textures.
     let mut own: FxHashMap<(Option<usize>, String), u32> = FxHashMap::default();
-    for (order, texture, material_name, placement, mesh) in found {
-        let material = material_name.and_then(|name| stage.material_names.get(&name.0).copied());
+    type Parts<'q> = (Option<&'q Texture>, Option<&'q MaterialIndex>, Option<&'q Placement>, Option<&'q Mesh>);
+    stage.for_each_in_order::<Parts>(|index, (texture, material, placement, mesh)| {
+        let material = material.map(|material| material.0 as usize);
         let set = match texture {
             None => material.and_then(|i| of_material[i]),
             Some(texture) => Some(*own.entry((material, format!("{texture:?}"))).or_insert_with(|| {
@@ -107,9 +121,10 @@ pub fn texture_bindings(stage: &mut Stage) -> Result<TextureBindings, Diagnostic
             })),
         };
         if let Some(set) = set {
-            bindings.put(order.0, frame(placement, mesh), set);
+            bindings.put(index as u32, frame(placement, mesh), set);
         }
-    }
+        Ok(())
+    })?;
     Ok(bindings)
 }
 

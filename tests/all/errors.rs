@@ -132,6 +132,20 @@ fn usage() {
 }
 
 #[test]
+fn the_worst_of_several_inputs_decides_the_exit_code() {
+    let sandbox = Sandbox::new();
+    sandbox.write("good.ron", "()").write("bad.ron", "(entities: [(sphere: (raduis: 1.0))])");
+    sandbox.write("show.rhai", "animation(#{});\nfn frame(s, f) { let x = param(\"x\", 1); nonsense(); }");
+    for inputs in ["bad.ron good.ron", "good.ron bad.ron"] {
+        sandbox.anim(&format!("check {inputs}")).fails(3, &["raduis"]);
+    }
+    // A define that a scene cannot take is a mistake of usage.
+    for inputs in ["show.rhai good.ron", "good.ron show.rhai"] {
+        sandbox.anim(&format!("check {inputs} -D x=2")).fails(2, &["nonsense", "only a script has parameters"]);
+    }
+}
+
+#[test]
 fn output_that_cannot_be_written() {
     let sandbox = Sandbox::new();
     sandbox.write("a.ron", "(render: (size: (4, 4), samples: 1))").write("taken", "a file, not a folder");

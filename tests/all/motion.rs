@@ -200,6 +200,35 @@ fn renders(edits: &[Edit]) -> Vec<&Render> {
     edits.iter().filter_map(|edit| if let Edit::Render(render) = edit { Some(render) } else { None }).collect()
 }
 
+/// The entity stands in the space of one in motion, and is in motion itself.
+#[test]
+fn a_rack_and_a_focus_find_an_entity_in_motion_at_one_place() {
+    let sandbox = Sandbox::new();
+    let scene = r#"(
+        camera: (from: (0.0, 1.0, 6.0), at: (0.0, 0.0, 0.0), aperture: 0.3, shutter: (0.2, 0.8)),
+        render: (size: (32, 24), samples: 9, shutter_slices: 3, background: (0.2, 0.3, 0.5)),
+        entities: [
+            (name: "cart", transform: (translation: (0.0, 0.0, -1.0), rotation: (0.0, 30.0, 0.0)),
+                motion: (displacement: (0.0, 0.0, 2.0))),
+            (name: "ball", sphere: (radius: 0.6), transform: (translation: (0.4, 0.0, 0.2), parent: "cart"),
+                motion: (displacement: (1.0, 0.0, 0.5), start: -1.0, end: 3.0)),
+            (plane: (point: (0.0, -0.6, 0.0))),
+            (name: "lamp", point_light: (position: (2.0, 5.0, 3.0))),
+        ],
+    )"#;
+    let script = |focus: &str| format!("animation(#{{ scene: \"scene.ron\" }});\nfn frame(s, f) {{ {focus} }}");
+    sandbox.write("scene.ron", scene);
+    sandbox.write("rack.rhai", script("s.camera.focus_distance = rack(\"ball\", \"ball\", 0.5);"));
+    sandbox.write("focus.rhai", script("s.camera.focus = \"ball\";"));
+    sandbox.write("still.rhai", script("s.camera.focus_distance = 6.2;"));
+    for name in ["rack", "focus", "still"] {
+        sandbox.anim(&format!("{name}.rhai -o {name}.png")).ok();
+    }
+    let racked = picture(&sandbox, "rack.png");
+    assert_eq!(racked, picture(&sandbox, "focus.png"));
+    assert_ne!(racked, picture(&sandbox, "still.png"));
+}
+
 #[test]
 fn a_mistake_between_frames_is_found_and_keeps_to_its_frame() {
     let sandbox = show();

@@ -21,7 +21,7 @@ pub fn load_all(scene: &mut Scene) -> Vec<Problem> {
     let mut known: FxHashMap<PathBuf, Result<Arc<MeshData>, Failure>> = FxHashMap::default();
     let mut problems = Vec::new();
     for (index, desc) in scene.entities.iter_mut().enumerate() {
-        let Some(Component::Mesh(mesh)) = desc.get(Kind::Mesh) else { continue };
+        let Some(mesh) = desc.component::<Mesh>() else { continue };
         let Some(file) = &mesh.file else { continue };
         let mut path = component_path(index, Kind::Mesh);
         path.push(key("file"));

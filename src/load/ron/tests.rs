@@ -51,9 +51,9 @@ fn a_scene_is_what_it_says() {
 #[test]
 fn what_is_written_is_read_back() {
     let scene = read(GOOD).unwrap();
-    let text = to_ron(&scene, None);
+    let text = to_ron(&scene, None).unwrap();
     assert_eq!(read(&text).unwrap(), scene, "{text}");
-    assert_eq!(to_ron(&read(&text).unwrap(), None), text);
+    assert_eq!(to_ron(&read(&text).unwrap(), None).unwrap(), text);
     assert!(text.contains("focus: Entity(\"hero\")"), "{text}");
 }
 
@@ -120,7 +120,7 @@ proptest! {
         scene.camera.from.x = if x.is_finite() { x } else { 0.5 };
         scene.camera.from.y = y;
         scene.render.seed = Some(n);
-        let text = to_ron(&scene, None);
+        let text = to_ron(&scene, None).unwrap();
         let back = options().from_str::<SceneFile>(&text).unwrap();
         prop_assert_eq!(back.camera, scene.camera);
         prop_assert_eq!(back.render, scene.render);

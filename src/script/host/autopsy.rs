@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::HostCommand;
 use super::protocol::{Opening, Probing};
-use super::worker::{Death, SentScene, Worker};
+use super::worker::{Death, HostWorker, SentScene};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place};
 use crate::base::limits;
 use crate::base::project::Project;
@@ -97,7 +97,7 @@ impl Autopsy<'_> {
     /// Makes the run once more, in a process of its own.
     fn again(&self, probing: Probing) -> Result<Result<(), Diagnostics>, Death> {
         let nothing = Ok(Err(Diagnostics::default()));
-        let Ok(mut worker) = Worker::start(self.command) else { return nothing };
+        let Ok(mut worker) = HostWorker::start(self.command) else { return nothing };
         let Some((scene, time)) = self.call else {
             worker.probe(probing)?;
             return worker.open(self.opening, self.project).map(|opened| opened.map(drop));

@@ -9,7 +9,7 @@ pub use super::protocol::Opened;
 use super::HostCommand;
 use super::autopsy::{self, Autopsy, SentCall};
 use super::protocol::Opening;
-use super::worker::{Death, SentScene, Worker};
+use super::worker::{Death, HostWorker, SentScene};
 use crate::base::diagnostics::{Diagnostics, Place, Subject};
 use crate::base::project::Project;
 use crate::components::{Edit, Scene};
@@ -20,7 +20,7 @@ pub struct HostPool {
     command: HostCommand,
     opening: Opening,
     project: Arc<Project>,
-    idle: Mutex<Vec<Worker>>,
+    idle: Mutex<Vec<HostWorker>>,
     /// The scene that was sent last.
     scene: Mutex<Option<Arc<SentScene>>>,
     /// Ends that were looked into.
@@ -95,8 +95,8 @@ impl HostPool {
         place.ok().flatten()
     }
 
-    fn another(&self) -> Result<(Worker, Opened), Diagnostics> {
-        let mut worker = Worker::start(&self.command)?;
+    fn another(&self) -> Result<(HostWorker, Opened), Diagnostics> {
+        let mut worker = HostWorker::start(&self.command)?;
         match worker.open(&self.opening, &self.project) {
             Ok(opened) => opened.map(|opened| (worker, opened)),
             Err(death) => Err(self.explain(&death, None)),

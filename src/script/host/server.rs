@@ -130,7 +130,7 @@ fn probe(probing: Probing) -> sandbox::Probe {
     match probing {
         Probing::Tell { from, every } => {
             let tell = |step: u64| say(&Reply::<bool>::Step(step), &mut Encoder::default());
-            sandbox::Probe { stop_at: None, report: Some(sandbox::Report { from, every, tell }) }
+            sandbox::Probe { stop_at: None, report: Some(sandbox::StepReport { from, every, tell }) }
         }
         Probing::StopAt(step) => sandbox::Probe { stop_at: Some(step), report: None },
     }

@@ -39,7 +39,7 @@ pub struct Death {
     pub last_step: Option<u64>,
 }
 
-pub struct Worker {
+pub struct HostWorker {
     child: Child,
     input: Option<ChildStdin>,
     output: BufReader<ChildStdout>,
@@ -51,10 +51,10 @@ const LAST_WORDS: u64 = 16 << 10;
 /// Room for messages on their way: edits of a thousand entities.
 const BUFFER: usize = 256 << 10;
 
-impl Worker {
+impl HostWorker {
     /// # Errors
     /// The process cannot be started.
-    pub fn start(command: &HostCommand) -> Result<Worker, Diagnostic> {
+    pub fn start(command: &HostCommand) -> Result<HostWorker, Diagnostic> {
         let failed = |error: &io::Error| {
             Diagnostic::error(format!("cannot start the script's process: {error}")).because(Cause::Io)
         };
@@ -62,7 +62,12 @@ impl Worker {
         match (child.stdin.take(), child.stdout.take()) {
             (Some(input), Some(output)) => {
                 widen(&output);
-                Ok(Worker { child, input: Some(input), output: BufReader::with_capacity(BUFFER, output), scene: None })
+                Ok(HostWorker {
+                    child,
+                    input: Some(input),
+                    output: BufReader::with_capacity(BUFFER, output),
+                    scene: None,
+                })
             }
             _ => Err(failed(&io::ErrorKind::BrokenPipe.into())),
         }
@@ -165,7 +170,7 @@ impl Worker {
     }
 }
 
-impl Drop for Worker {
+impl Drop for HostWorker {
     fn drop(&mut self) {
         drop(self.input.take());
         // It has nothing left to say: it would end by itself, when it comes to read what it is asked next.

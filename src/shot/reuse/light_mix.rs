@@ -32,6 +32,7 @@ use rustc_hash::FxHashMap;
 
 use crate::base::digest::{Digest, Hasher};
 use crate::base::limits;
+use crate::components::Render;
 use crate::shot::fingerprint::{BaseFingerprint, EmitterColor, Fingerprint};
 use crate::systems::{EmitterId, LightGroups};
 
@@ -49,6 +50,11 @@ impl LightMix {
     pub fn factors(&self, base: &BaseFingerprint, fingerprint: &Fingerprint) -> Vec<Vec3> {
         let factor = |(emitter, unit): &(EmitterId, f32)| color_in(base, fingerprint, *emitter).as_vec3() / *unit;
         self.light_groups.emitters.iter().map(factor).collect()
+    }
+
+    /// The settings of one of its frames; `render` are those of any of them, which differ in the environment's colour.
+    pub fn settings(&self, base: &BaseFingerprint, fingerprint: &Fingerprint, render: &Render) -> Render {
+        render.clone().with_environment_color(color_in(base, fingerprint, EmitterId::Environment))
     }
 
     /// The hash of one of its frames: the sum does not have the bits that tracing all lights at once would give.

@@ -8,7 +8,7 @@
 //! | a frame's file from an earlier run | the manifest or the picture's metadata carry the frame's hash, and the bytes are whole | the hash covers all that decides pixels, the program's picture version included ([`fingerprint`](crate::shot::fingerprint)) | [`plan::Plan::inspect`](crate::shot::plan::Plan::inspect), [`output::inspect`](crate::output::inspect) |
 //! | a frame of the same run or folder with the same pixels | two frames have one hash | as above; only frame number and source in the metadata differ | [`run`](mod@crate::shot::run), [`output::relabelled`](crate::output::relabelled) |
 //! | films of light groups | only colours of emitters change | light adds up; units and probabilities are the same in all frames of the mix, and a frame that could be a sum always is one | [`light_mix`] |
-//! | tiles, sample by sample | only objects of finite size change, seen from one camera | a sample depends on what its rays meet: it is traced again if one of them crossed the bounds of an object that changed, in its state before or now; what reaches everywhere ends the window | [`static_camera`], [`systems::reuse_bounds`](crate::systems::reuse_bounds()), [`systems::StaticCameraCache`](crate::systems::StaticCameraCache); what rays crossed: `trace::footprint` |
+//! | tiles, sample by sample | only objects of finite size change, seen from one camera | a sample depends on what its rays meet: it is traced again if one of them crossed the bounds of an object that changed, in its state before or now; what reaches everywhere ends the window | [`static_camera`], [`systems::reuse_bounds`](crate::systems::reuse_bounds()), [`systems::StaticCameraCache`](crate::systems::StaticCameraCache); what rays crossed: [`crate::trace::reuse`] |
 //! | photon maps | the camera, the film or the lens alone change | the digest [`Fingerprint::photons`](crate::shot::fingerprint::Fingerprint::photons) covers all that photons depend on | [`photons`] |
 //! | accelerator | columns of primitives and settings of the accelerator are equal; fitted, not rebuilt, where primitives only moved | columns are compared value by value; pictures do not depend on the accelerator | `systems::accelerate` |
 //! | columns of primitives, textures, environment | nothing that they are made of was edited, or the files are the same | they are keyed by what they are made of | `systems::extract`, `systems::textures` |
@@ -69,7 +69,8 @@ impl ReuseCache {
         ReuseCache { policy, light_groups: None, tiles: TileReuse::default(), photons: PhotonReuse::default() }
     }
 
-    /// A frame of a mix whose light groups are kept: nothing needs to be traced for it.
+    /// A frame of a mix whose light groups are kept, with the settings of the frame that they were traced for: nothing
+    /// needs to be traced for it.
     pub fn mixed(&self, mix: &LightMix, factors: &[Vec3]) -> Option<(Film, Render, FrameStats)> {
         let kept = self.light_groups.as_ref().filter(|kept| kept.hash == mix.hash)?;
         let (first, others) = kept.films.split_first()?;

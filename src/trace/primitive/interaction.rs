@@ -7,8 +7,8 @@ use super::shapes::{ConeFrustum, ConePart};
 use super::surface::{ROUNDING, SurfacePoint, SurfacePointLanes};
 use super::tag::Tag;
 use super::transformed::{AffineMap, PreparedShape, TransformedShape};
-use crate::trace::simd::{LANES, Lanes, V3, Wide, lane, set_lane};
-use crate::trace::soa::{Hit, Ray};
+use crate::trace::simd::{LANES, Lanes, V3, Wide, lane, lanes_to_bits, set_lane};
+use crate::trace::soa::{Hit, HitLanes, Ray, RayLanes};
 
 impl Geometry {
     /// The point of a hit of this ray.
@@ -102,34 +102,18 @@ impl PointColumns {
     }
 }
 
-/// Eight rays and what they met.
-pub struct HitLanes<L> {
-    pub origin: V3<L>,
-    pub direction: V3<L>,
-    pub t: L,
-    pub u: L,
-    pub v: L,
-    pub primitives: [u32; LANES],
-    pub elements: [u32; LANES],
-}
-
-impl<L: Wide> HitLanes<L> {
-    fn one(&self, i: usize) -> (Ray, Hit) {
-        let ray = Ray::new(lane(&self.origin.store(), i), lane(&self.direction.store(), i));
-        let [t, u, v] = [self.t.store()[i], self.u.store()[i], self.v.store()[i]];
-        (ray, Hit { t, primitive: self.primitives[i], element: self.elements[i], u, v })
-    }
-}
-
 impl Geometry {
     /// As [`Self::surface`] for eight hits.
     #[inline(always)]
-    pub fn surfaces<L: Wide>(&self, met: &HitLanes<L>) -> SurfacePointLanes<L> {
+    pub fn surfaces<L: Wide>(&self, rays: &RayLanes<L>, hits: &HitLanes<L>) -> SurfacePointLanes<L> {
         let mut columns = PointColumns::default();
-        let (u, v) = (met.u.store(), met.v.store());
+        let (u, v) = (hits.u.store(), hits.v.store());
+        let (primitives, elements) = (lanes_to_bits(hits.primitive), lanes_to_bits(hits.element));
         for lane in 0..LANES {
-            if !self.gather(&mut columns, lane, met.primitives[lane], [u[lane], v[lane]]) {
-                let (ray, hit) = met.one(lane);
+            if !self.gather(&mut columns, lane, primitives[lane], [u[lane], v[lane]]) {
+                let ray = Ray::new(one_lane(&rays.origin, lane), one_lane(&rays.direction, lane));
+                let (primitive, element) = (primitives[lane], elements[lane]);
+                let hit = Hit { t: hits.t.store()[lane], u: u[lane], v: v[lane], primitive, element };
                 columns.other(lane, &self.surface(&ray, &hit));
             }
         }
@@ -143,7 +127,7 @@ impl Geometry {
         if columns.triangles != 0 {
             let [a, b, c] = &columns.corners;
             let corners = [V3::load(a), V3::load(b), V3::load(c)];
-            let (point, normal, error) = triangle_point(corners, [met.u, met.v]);
+            let (point, normal, error) = triangle_point(corners, [hits.u, hits.v]);
             let mut shading = normal;
             if columns.smooth != 0 {
                 let smooth = smoothed(V3::load(&columns.mixed), normal);
@@ -153,8 +137,8 @@ impl Geometry {
         }
         if columns.spheres != 0 {
             let center = V3::load(&columns.center);
-            let (_, origin) = self.approached(met.origin, met.direction);
-            let near = origin + met.direction.scale(met.u);
+            let (_, origin) = self.approached(rays.origin, rays.direction);
+            let near = origin + rays.direction.scale(hits.u);
             let (point, normal, error) = sphere_point(near, center, L::load(&columns.radius));
             points.put(L::mask(columns.spheres), [point, error, normal, normal]);
         }
@@ -183,6 +167,11 @@ impl Geometry {
         }
         true
     }
+}
+
+/// The vector of one lane.
+fn one_lane<L: Wide>(lanes: &V3<L>, i: usize) -> Vec3 {
+    lane(&lanes.store(), i)
 }
 
 #[inline(always)]

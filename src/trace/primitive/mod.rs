@@ -25,10 +25,9 @@ mod uv;
 
 pub use bounds::{Bounds, MARGIN};
 pub use geometry::{Geometry, PrimitiveKind, PrimitiveLayout};
-pub use interaction::HitLanes;
 pub use intersect::ClosestHit;
 pub use mesh::MeshPrototype;
-pub use shapes::{ConeFrustum, ConeLanes, PARTS, PreparedRay, RayLanes, finite_recip, intersect_box};
+pub use shapes::{ConeFrustum, ConeLanes, PARTS, PreparedRay, PreparedRayLanes, finite_recip, intersect_box};
 pub use surface::{ROUNDING, SurfacePoint, SurfacePointLanes};
 pub use tag::{Sides, Tag};
 pub use transformed::{AffineMap, LocalShape};

@@ -68,8 +68,8 @@ impl PreparedRay {
     }
 
     #[inline(always)]
-    pub fn beam<L: Lanes>(&self) -> RayLanes<L> {
-        RayLanes {
+    pub fn beam<L: Lanes>(&self) -> PreparedRayLanes<L> {
+        PreparedRayLanes {
             origin: V3::splat(self.origin),
             direction: V3::splat(self.direction),
             inverse: V3::splat(self.inverse),
@@ -89,7 +89,7 @@ impl From<&Ray> for PreparedRay {
 
 /// A [`PreparedRay`] in every lane.
 #[derive(Clone, Copy, Debug)]
-pub struct RayLanes<L> {
+pub struct PreparedRayLanes<L> {
     pub origin: V3<L>,
     pub direction: V3<L>,
     pub inverse: V3<L>,
@@ -100,13 +100,13 @@ pub struct RayLanes<L> {
     shear: V3<L>,
 }
 
-impl<L: Lanes> RayLanes<L> {
+impl<L: Lanes> PreparedRayLanes<L> {
     /// A ray of its own in every lane, all running mostly along the last of the axes: coordinates in their order.
     #[inline(always)]
     pub fn of_rays(axes: [usize; 3], origin: [L; 3], direction: [L; 3]) -> Self {
         let [dx, dy, dz] = direction;
         let inverse = [finite_recip(dx), finite_recip(dy), finite_recip(dz)];
-        RayLanes {
+        PreparedRayLanes {
             origin: world_order(axes, origin),
             direction: world_order(axes, direction),
             inverse: world_order(axes, inverse),
@@ -127,7 +127,7 @@ fn world_order<L: Lanes>(axes: [usize; 3], turned: [L; 3]) -> V3<L> {
 
 /// Whether lines meet spheres, and the distances at which they enter and leave.
 #[inline(always)]
-pub fn intersect_sphere<L: Lanes>(ray: &RayLanes<L>, center: V3<L>, radius: L) -> (L::Mask, [L; 2]) {
+pub fn intersect_sphere<L: Lanes>(ray: &PreparedRayLanes<L>, center: V3<L>, radius: L) -> (L::Mask, [L; 2]) {
     let zero = L::splat(0.0);
     let f = ray.origin - center;
     let b = zero - f.dot(ray.direction);
@@ -161,7 +161,7 @@ const TRIANGLE_PAD: f32 = 2.0 * f32::EPSILON;
 
 /// Corners counter-clockwise from the front, each with its coordinates in the order of the beam's axes.
 #[inline(always)]
-pub fn intersect_triangle<L: Lanes>(ray: &RayLanes<L>, corners: [V3<L>; 3]) -> Option<TriangleHits<L>> {
+pub fn intersect_triangle<L: Lanes>(ray: &PreparedRayLanes<L>, corners: [V3<L>; 3]) -> Option<TriangleHits<L>> {
     let zero = L::splat(0.0);
     let a = corners[0] - ray.turned_origin;
     let b = corners[1] - ray.turned_origin;
@@ -201,7 +201,13 @@ pub fn intersect_triangle<L: Lanes>(ray: &RayLanes<L>, corners: [V3<L>; 3]) -> O
 /// A bound of the error of a triangle's distance (pbrt-v4, section 6.8.4): a hit that is no farther may lie behind the
 /// origin, on the surface that the ray leaves.
 #[inline(always)]
-fn doubt<L: Lanes>(ray: &RayLanes<L>, size: V3<L>, [ax, bx, cx]: [L; 3], [ay, by, cy]: [L; 3], per_area: L) -> L {
+fn doubt<L: Lanes>(
+    ray: &PreparedRayLanes<L>,
+    size: V3<L>,
+    [ax, bx, cx]: [L; 3],
+    [ay, by, cy]: [L; 3],
+    per_area: L,
+) -> L {
     let x = ax.abs().max(bx.abs()).max(cx.abs());
     let y = ay.abs().max(by.abs()).max(cy.abs());
     let edges = (L::splat(36.0) * x * y + L::splat(15.0) * size.z * (x + y)) * per_area.abs();
@@ -210,7 +216,7 @@ fn doubt<L: Lanes>(ray: &RayLanes<L>, size: V3<L>, [ax, bx, cx]: [L; 3], [ay, by
 
 /// Distances at which lines enter and leave axis-aligned boxes; near > far where they miss.
 #[inline(always)]
-pub fn intersect_box<L: Lanes>(ray: &RayLanes<L>, min: V3<L>, max: V3<L>) -> [L; 2] {
+pub fn intersect_box<L: Lanes>(ray: &PreparedRayLanes<L>, min: V3<L>, max: V3<L>) -> [L; 2] {
     let low = (min - ray.origin) * ray.inverse;
     let high = (max - ray.origin) * ray.inverse;
     [low.min(high).max_element(), low.max(high).min_element()]
@@ -302,7 +308,7 @@ pub const PARTS: [ConePart; 4] = [ConePart::Side, ConePart::Side, ConePart::Base
 
 /// Where lines cross the sides and the caps of frusta.
 #[inline(always)]
-pub fn intersect_cone<L: Lanes>(ray: &RayLanes<L>, cone: &ConeLanes<L>) -> [ConeCrossing<L>; 4] {
+pub fn intersect_cone<L: Lanes>(ray: &PreparedRayLanes<L>, cone: &ConeLanes<L>) -> [ConeCrossing<L>; 4] {
     let zero = L::splat(0.0);
     let d = ray.direction;
     let from_base = ray.origin - cone.base;

@@ -1,7 +1,6 @@
 use crate::trace::simd::{Kernel, Wide, Width, lanes};
 use crate::trace::soa::columns::Columns;
-use crate::trace::soa::hits::Hits;
-use crate::trace::soa::ray::Hit;
+use crate::trace::soa::{Hit, HitLanes, Hits};
 
 struct Put<'a>(&'a mut Columns<2>, u32);
 
@@ -41,7 +40,8 @@ impl Kernel for StoreHits<'_> {
     fn run<L: Wide>(self) {
         let t = L::load(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
         let bits = |x: u32| L::splat(f32::from_bits(x));
-        self.0.set_eight(self.1, self.2, [t, t, t, bits(7), bits(9)]);
+        let hits = HitLanes { t, u: t, v: t, primitive: bits(7), element: bits(9) };
+        self.0.set_lanes(self.1, self.2, hits);
     }
 }
 

@@ -4,10 +4,10 @@ use super::context::RenderContext;
 use super::interaction::LEAST_FACING;
 use super::path_state::PathStateLanes;
 use super::ray_queue::RayQueue;
-use crate::trace::primitive::{HitLanes, SurfacePointLanes};
+use crate::trace::primitive::SurfacePointLanes;
 use crate::trace::sampler::{SampleLanes, SampleSet};
 use crate::trace::simd::{LANES, V3, Wide, lanes_to_bits, set_lane};
-use crate::trace::soa::Hits;
+use crate::trace::soa::{HitLanes, Hits, RayLanes};
 
 /// A hit that is shaded beside others: indices of its ray and of its material.
 pub type ShadingEntry = [u32; 2];
@@ -23,7 +23,7 @@ pub struct ShadingInput<'a> {
 }
 
 /// Eight hits, the last ones repeated where there are fewer.
-pub struct ShadingBatch<'a, L> {
+pub struct ShadingBatch<'a, L: Wide> {
     /// Cones are those at the hits.
     pub states: PathStateLanes<L>,
     /// Of the rays.
@@ -51,27 +51,16 @@ impl<'a> ShadingInput<'a> {
             (rays[i], materials[i]) = (ray as usize, material);
             set_lane(&mut albedo, i, context.materials[material as usize].diffuse);
         }
-        let (mut states, origin, direction, hits): (PathStateLanes<L>, V3<L>, V3<L>, [L; 5]);
+        let (mut states, ray, hits): (PathStateLanes<L>, RayLanes<L>, HitLanes<L>);
         if places.len() == LANES && rays[LANES - 1] - rays[0] == LANES - 1 {
             let first = rays[0];
-            (origin, direction) = (wave.rays().origins(first), wave.rays().directions(first));
-            (states, hits) = (wave.states(first), self.hits.rows(first));
+            (states, ray, hits) = (wave.states().lanes(first), wave.rays().lanes(first), self.hits.lanes(first));
         } else {
-            (origin, direction, _) = wave.rays().gathered(&rays);
-            (states, hits) = (wave.states_of(&rays), self.hits.gathered(&rays));
+            (states, ray, hits) = (wave.states().gather(&rays), wave.rays().gather(&rays), self.hits.gather(&rays));
         }
-        let [t, u, v, primitive, element] = hits;
-        let points = context.geometry.surfaces(&HitLanes {
-            origin,
-            direction,
-            t,
-            u,
-            v,
-            primitives: lanes_to_bits(primitive),
-            elements: lanes_to_bits(element),
-        });
-        let points = points.facing(direction);
-        states.width = states.width + states.spread * t;
+        let direction = ray.direction;
+        let points = context.geometry.surfaces(&ray, &hits).facing(direction);
+        states.cone.width = states.cone.width + states.cone.spread * hits.t;
         let trusted = points.shading_normal.dot(direction).lt(L::splat(-LEAST_FACING));
         ShadingBatch {
             direction,
@@ -79,7 +68,7 @@ impl<'a> ShadingInput<'a> {
             points,
             materials,
             albedo: V3::load(&albedo),
-            samples: self.samples.eight(lanes_to_bits(states.samples), states.each_node()),
+            samples: self.samples.eight(lanes_to_bits(states.sample), states.each_node()),
             states,
             used: (1 << places.len()) - 1,
         }

@@ -25,12 +25,12 @@ impl Kernel for ClassifyKernel<'_> {
         let ClassifyKernel { context, wave, hits, lamps, camera, special } = self;
         special.clear();
         for first in (0..wave.rays().len()).step_by(LANES) {
-            let (medium, found) = (wave.media::<L>(first), hits.found::<L>(first));
+            let (medium, found) = (wave.states().medium::<L>(first), hits.found::<L>(first));
             // What is clear is NaN.
             let mut odd = L::or(L::not(found), L::not(medium.ne(medium)));
             if lamps {
                 let end = L::select(found, hits.distances(first), L::splat(f32::INFINITY));
-                let (origin, direction) = (wave.rays().origins(first), wave.rays().directions(first));
+                let (origin, direction) = (wave.rays().origin(first), wave.rays().direction(first));
                 for (_, lamp) in context.lights.met(camera) {
                     odd = L::or(odd, lamp.crossed(origin, direction, end).1);
                 }

@@ -7,7 +7,7 @@
 use std::f32::consts::FRAC_1_PI;
 
 use super::batch::{ShadingBatch, ShadingInput};
-use super::path_state::{DIFFUSE_SPREAD, PathStateLanes};
+use super::path_state::{DIFFUSE_SPREAD, PathStateLanes, RayConeLanes};
 use super::ray_queue::RayQueue;
 use super::shadow_ray_queue::{ShadowRayBatch, ShadowRayQueue};
 use crate::trace::counters::Counters;
@@ -116,8 +116,8 @@ impl LambertKernel<'_> {
         self.counters.diffuse_rays += u64::from(going.count_ones());
         let pdf = local.z * L::splat(FRAC_1_PI);
         let wider = (L::splat(0.5) / pdf.sqrt()).min(L::splat(DIFFUSE_SPREAD));
-        let spread = group.states.spread + wider;
-        let states = PathStateLanes { throughput, pdf, spread, ..group.states }.at(&nodes);
+        let cone = RayConeLanes { spread: group.states.cone.spread + wider, ..group.states.cone };
+        let states = PathStateLanes { throughput, pdf, cone, ..group.states }.at(&nodes);
         self.next.compress_store(going, group.points.offset_origin(direction), direction, &states);
     }
 }

@@ -4,30 +4,33 @@ use glam::Vec3;
 
 use crate::trace::material::texture::RayCone;
 use crate::trace::sampler::RayNode;
-use crate::trace::simd::{LANES, V3, Wide, lanes_from_bits, lanes_to_bits};
+use crate::trace::simd::{LANES, Wide, lanes_from_bits, lanes_to_bits};
+use crate::trace::soa::{Field, work_item};
 
-/// What becomes of the light that a ray finds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PathState {
-    pub node: RayNode,
-    /// Index of its sample in the batch.
-    pub sample: u32,
-    /// Factor of its light in the colour of the sample.
-    pub throughput: Vec3,
-    /// Of the ray where it starts; in an [`super::wave::SurfaceInteraction`] where it ends.
-    pub cone: RayCone,
-    /// Density per steradian with which the direction was sampled; 0 if nothing else could have found it.
-    pub pdf: f32,
-    /// Material of the body that the ray runs in and that absorbs light, or [`NO_MEDIUM`].
-    pub medium: u32,
-    pub emission_filter: EmissionFilter,
+work_item! {
+    /// What becomes of the light that a ray finds.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    PathState, PathStateLanes, PathStates {
+        node: RayNode,
+        /// Index of its sample in the batch.
+        sample: u32,
+        /// Factor of its light in the colour of the sample.
+        throughput: Vec3,
+        /// Of the ray where it starts; in a [`super::SurfaceInteraction`] where it ends.
+        cone: RayCone,
+        /// Density per steradian with which the direction was sampled; 0 if nothing else could have found it.
+        pdf: f32,
+        /// Material of the medium that the ray runs in and that absorbs light, or [`NO_MEDIUM`].
+        medium: u32,
+        emission_filter: EmissionFilter,
+    }
 }
 
 /// Whose light a ray still brings home. Other rays than those of photon mapping seek all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EmissionFilter {
     All,
-    /// What comes straight from a light, and then as `Unsent`: photons have told the rest.
+    /// What comes straight from a light, and then as `NonPhoton`: photons have told the rest.
     DirectOnly,
     /// That of lights which send no photons.
     NonPhoton,
@@ -57,84 +60,98 @@ impl PathState {
     pub fn scattered_cone(&self, pdf: f32) -> RayCone {
         if pdf > 0.0 { self.cone.widened((0.5 / pdf.sqrt()).min(DIFFUSE_SPREAD)) } else { self.cone }
     }
+}
+
+/// The lower half of what stands for the node, and the upper one.
+impl Field for RayNode {
+    const COLUMNS: usize = 2;
+    type Lanes<L: Wide> = [L; 2];
 
     #[inline(always)]
-    pub(super) fn row(&self) -> [f32; 11] {
-        let [low, high] = self.node.halves().map(f32::from_bits);
-        let (sample, medium) = (f32::from_bits(self.sample), f32::from_bits(self.medium));
-        let (w, emission_filter) = (self.throughput, f32::from_bits(self.emission_filter as u32));
-        [low, high, sample, w.x, w.y, w.z, self.cone.width, self.cone.spread, self.pdf, medium, emission_filter]
+    fn put<const N: usize>(self, row: &mut [f32; N], at: usize) {
+        let [low, high] = self.halves();
+        (row[at], row[at + 1]) = (f32::from_bits(low), f32::from_bits(high));
     }
-
     #[inline(always)]
-    pub(super) fn of_row(
-        [low, high, sample, x, y, z, width, spread, pdf, medium, emission_filter]: [f32; 11],
-    ) -> PathState {
-        PathState {
-            node: RayNode::of_halves([low.to_bits(), high.to_bits()]),
-            sample: sample.to_bits(),
-            throughput: Vec3::new(x, y, z),
-            cone: RayCone { width, spread },
-            pdf,
-            medium: medium.to_bits(),
-            emission_filter: match emission_filter.to_bits() {
-                0 => EmissionFilter::All,
-                1 => EmissionFilter::DirectOnly,
-                _ => EmissionFilter::NonPhoton,
-            },
-        }
+    fn take<const N: usize>(row: &[f32; N], at: usize) -> Self {
+        RayNode::of_halves([row[at].to_bits(), row[at + 1].to_bits()])
+    }
+    #[inline(always)]
+    fn put_lanes<L: Wide, const N: usize>(lanes: [L; 2], rows: &mut [L; N], at: usize) {
+        (rows[at], rows[at + 1]) = (lanes[0], lanes[1]);
+    }
+    #[inline(always)]
+    fn take_lanes<L: Wide, const N: usize>(rows: &[L; N], at: usize) -> [L; 2] {
+        [rows[at], rows[at + 1]]
     }
 }
 
-/// Path states side by side; whole numbers by their bits.
+/// Ray cones side by side.
 #[derive(Clone, Copy, Debug)]
-pub struct PathStateLanes<L> {
-    /// Halves of the nodes.
-    pub nodes: [L; 2],
-    pub samples: L,
-    pub throughput: V3<L>,
+pub struct RayConeLanes<L> {
     pub width: L,
     pub spread: L,
-    pub pdf: L,
-    pub media: L,
-    pub emission_filter: L,
+}
+
+impl Field for RayCone {
+    const COLUMNS: usize = 2;
+    type Lanes<L: Wide> = RayConeLanes<L>;
+
+    #[inline(always)]
+    fn put<const N: usize>(self, row: &mut [f32; N], at: usize) {
+        (row[at], row[at + 1]) = (self.width, self.spread);
+    }
+    #[inline(always)]
+    fn take<const N: usize>(row: &[f32; N], at: usize) -> Self {
+        RayCone { width: row[at], spread: row[at + 1] }
+    }
+    #[inline(always)]
+    fn put_lanes<L: Wide, const N: usize>(lanes: RayConeLanes<L>, rows: &mut [L; N], at: usize) {
+        (rows[at], rows[at + 1]) = (lanes.width, lanes.spread);
+    }
+    #[inline(always)]
+    fn take_lanes<L: Wide, const N: usize>(rows: &[L; N], at: usize) -> RayConeLanes<L> {
+        RayConeLanes { width: rows[at], spread: rows[at + 1] }
+    }
+}
+
+impl Field for EmissionFilter {
+    const COLUMNS: usize = 1;
+    type Lanes<L: Wide> = L;
+
+    #[inline(always)]
+    fn put<const N: usize>(self, row: &mut [f32; N], at: usize) {
+        row[at] = f32::from_bits(self as u32);
+    }
+    #[inline(always)]
+    fn take<const N: usize>(row: &[f32; N], at: usize) -> Self {
+        match row[at].to_bits() {
+            0 => EmissionFilter::All,
+            1 => EmissionFilter::DirectOnly,
+            _ => EmissionFilter::NonPhoton,
+        }
+    }
+    #[inline(always)]
+    fn put_lanes<L: Wide, const N: usize>(lanes: L, rows: &mut [L; N], at: usize) {
+        rows[at] = lanes;
+    }
+    #[inline(always)]
+    fn take_lanes<L: Wide, const N: usize>(rows: &[L; N], at: usize) -> L {
+        rows[at]
+    }
 }
 
 impl<L: Wide> PathStateLanes<L> {
     /// As [`PathState::first`].
     #[inline(always)]
     pub fn first(samples: &[u32; LANES], cone: RayCone) -> Self {
-        let mut rows = [L::splat(0.0); 11];
-        for (x, y) in rows.iter_mut().zip(&PathState::first(0, cone).row()) {
-            *x = L::splat(*y);
-        }
-        PathStateLanes { samples: lanes_from_bits(samples), ..Self::of_rows(rows) }
-    }
-
-    #[inline(always)]
-    pub(super) fn rows(&self) -> [L; 11] {
-        let ([low, high], w) = (self.nodes, self.throughput);
-        [low, high, self.samples, w.x, w.y, w.z, self.width, self.spread, self.pdf, self.media, self.emission_filter]
-    }
-
-    #[inline(always)]
-    pub(super) fn of_rows([low, high, samples, x, y, z, width, spread, pdf, media, emission_filter]: [L; 11]) -> Self {
-        PathStateLanes {
-            nodes: [low, high],
-            samples,
-            throughput: V3 { x, y, z },
-            width,
-            spread,
-            pdf,
-            media,
-            emission_filter,
-        }
+        PathStateLanes { sample: lanes_from_bits(samples), ..Self::splat(PathState::first(0, cone)) }
     }
 
     /// The nodes one by one.
     #[inline(always)]
     pub fn each_node(&self) -> [RayNode; LANES] {
-        let (low, high) = (lanes_to_bits(self.nodes[0]), lanes_to_bits(self.nodes[1]));
+        let (low, high) = (lanes_to_bits(self.node[0]), lanes_to_bits(self.node[1]));
         let mut nodes = [RayNode::CAMERA; LANES];
         for (i, node) in nodes.iter_mut().enumerate() {
             *node = RayNode::of_halves([low[i], high[i]]);
@@ -149,6 +166,6 @@ impl<L: Wide> PathStateLanes<L> {
         for (i, node) in nodes.iter().enumerate() {
             [halves[0][i], halves[1][i]] = node.halves();
         }
-        PathStateLanes { nodes: [lanes_from_bits(&halves[0]), lanes_from_bits(&halves[1])], ..self }
+        PathStateLanes { node: [lanes_from_bits(&halves[0]), lanes_from_bits(&halves[1])], ..self }
     }
 }

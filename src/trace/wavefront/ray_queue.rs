@@ -1,28 +1,28 @@
 //! Rays on their way with their path states, column by column.
 
-use super::path_state::{PathState, PathStateLanes};
-use crate::trace::simd::{LANES, V3, Wide};
-use crate::trace::soa::{Columns, Ray, Rays};
+use super::path_state::{PathState, PathStateLanes, PathStates};
+use crate::trace::simd::{V3, Wide};
+use crate::trace::soa::{Ray, RayLanes, Rays};
 
 /// Rays on their way, and their path states.
 #[derive(Debug, Default)]
 pub struct RayQueue {
     rays: Rays,
-    states: Columns<11>,
+    states: PathStates,
 }
 
 impl RayQueue {
     #[inline]
     pub fn push(&mut self, ray: Ray, state: PathState) {
         self.rays.push(ray);
-        self.states.push(state.row());
+        self.states.push(state);
     }
 
     /// Adds the endless rays of the lanes that have a bit.
     #[inline(always)]
     pub fn compress_store<L: Wide>(&mut self, which: u32, origin: V3<L>, direction: V3<L>, states: &PathStateLanes<L>) {
-        self.rays.compress_store(which, origin, direction, L::splat(f32::INFINITY));
-        self.states.compress_store(which, &states.rows());
+        self.rays.compress_store(which, &RayLanes { origin, direction, t_max: L::splat(f32::INFINITY) });
+        self.states.compress_store(which, states);
     }
 
     pub fn rays(&self) -> &Rays {
@@ -30,35 +30,17 @@ impl RayQueue {
     }
 
     #[inline(always)]
-    pub fn get(&self, i: usize) -> (Ray, PathState) {
-        (self.rays.get(i), self.state(i))
+    pub fn states(&self) -> &PathStates {
+        &self.states
     }
 
     #[inline(always)]
-    pub fn state(&self, i: usize) -> PathState {
-        PathState::of_row(self.states.row(i))
+    pub fn get(&self, i: usize) -> (Ray, PathState) {
+        (self.rays.get(i), self.states.get(i))
     }
 
     pub fn set_state(&mut self, i: usize, state: &PathState) {
-        self.states.set(i, state.row());
-    }
-
-    /// Of the eight rays from number `i` on.
-    #[inline(always)]
-    pub fn states<L: Wide>(&self, i: usize) -> PathStateLanes<L> {
-        PathStateLanes::of_rows(self.states.rows(i))
-    }
-
-    /// Of rays anywhere.
-    #[inline(always)]
-    pub fn states_of<L: Wide>(&self, numbers: &[usize; LANES]) -> PathStateLanes<L> {
-        PathStateLanes::of_rows(self.states.gathered(numbers))
-    }
-
-    /// Media of the eight rays from number `i` on.
-    #[inline(always)]
-    pub fn media<L: Wide>(&self, i: usize) -> L {
-        self.states.eight(9, i)
+        self.states.set(i, *state);
     }
 
     pub fn clear(&mut self) {
@@ -107,16 +89,16 @@ mod tests {
         #[inline(always)]
         fn run<L: Wide>(self) {
             let (from, to) = (self.0, self.1);
-            let (origin, direction) = (from.rays().origins::<L>(2), from.rays().directions(2));
-            let states = from.states::<L>(2);
+            let (origin, direction) = (from.rays().origin::<L>(2), from.rays().direction(2));
+            let states = from.states().lanes::<L>(2);
             to.compress_store(0b1010_0110, origin, direction, &states.at(&states.each_node()));
             let turned = [9, 8, 7, 6, 5, 4, 3, 2];
-            to.compress_store(0xff, origin, direction, &from.states_of::<L>(&turned));
+            to.compress_store(0xff, origin, direction, &from.states().gather::<L>(&turned));
         }
     }
 
     #[test]
-    fn errands_are_the_same_in_rows_and_in_lanes() {
+    fn path_states_are_the_same_in_rows_and_in_lanes() {
         let mut wave = RayQueue::default();
         (0..10).for_each(|i| wave.push(ray(i), state(i)));
         assert!((0..10).all(|i| wave.get(i as usize) == (ray(i), state(i))));

@@ -4,28 +4,45 @@ use glam::Vec3;
 
 use super::context::RenderContext;
 use crate::trace::simd::{LANES, V3, Wide, lanes_from_bits};
-use crate::trace::soa::{Columns, Ray, Rays};
+use crate::trace::soa::{Ray, RayLanes, Rays, work_item};
 
 /// Where the light of a light group is added up for a sample.
 #[inline]
-pub fn accumulator_slot(sample: u32, pass: u32) -> u32 {
-    sample + pass * BATCH as u32
+pub fn accumulator_slot(sample: u32, group: u32) -> u32 {
+    sample + group * BATCH as u32
 }
 
-/// The sample of such a place.
+/// The sample of such a slot.
 #[inline]
-pub fn slot_sample(place: u32) -> u32 {
-    place % BATCH as u32
+pub fn slot_sample(slot: u32) -> u32 {
+    slot % BATCH as u32
+}
+
+work_item! {
+    /// What a shadow ray adds if nothing stands in its way.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    ShadowRay, ShadowRayLanes, ShadowRays {
+        /// Where it is added: see [`accumulator_slot`].
+        slot: u32,
+        contribution: Vec3,
+    }
+}
+
+work_item! {
+    /// The end of a shadow ray, where transparent surfaces do not stop it.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    ShadowTarget, ShadowTargetLanes, ShadowTargets {
+        point: Vec3,
+    }
 }
 
 /// Shadow rays towards one light, with what each adds if nothing stands in its way.
 #[derive(Debug, Default)]
 pub struct ShadowRayQueue {
     pub rays: Rays,
-    /// Ends of the rays, where transparent surfaces do not stop them.
-    targets: Columns<3>,
-    /// Bits of the place that the light is added to, and the light.
-    contributions: Columns<4>,
+    /// None but where transparent surfaces do not stop rays.
+    targets: ShadowTargets,
+    shadow_rays: ShadowRays,
 }
 
 /// Shadow rays side by side.
@@ -38,14 +55,14 @@ pub struct ShadowRayBatch<L> {
 }
 
 impl ShadowRayQueue {
-    /// Asks whether the way to `target` is free.
+    /// Adds a ray whose light is added to `slot` if the way to `target` is free.
     #[inline]
-    pub fn push(&mut self, context: RenderContext, ray: Ray, target: Vec3, place: u32, contribution: Vec3) {
+    pub fn push(&mut self, context: RenderContext, ray: Ray, target: Vec3, slot: u32, contribution: Vec3) {
         self.rays.push(ray);
         if context.settings.transparent_shadows {
-            self.targets.push(target.to_array());
+            self.targets.push(ShadowTarget { point: target });
         }
-        self.contributions.push([f32::from_bits(place), contribution.x, contribution.y, contribution.z]);
+        self.shadow_rays.push(ShadowRay { slot, contribution });
     }
 
     /// Adds the rays of the lanes that have a bit, which belong to these samples and whose light goes to this group.
@@ -56,36 +73,34 @@ impl ShadowRayQueue {
         which: u32,
         asked: &ShadowRayBatch<L>,
         samples: &[u32; LANES],
-        pass: u32,
+        group: u32,
     ) {
         let ShadowRayBatch { origin, direction, distance, target, contribution } = *asked;
-        self.rays.compress_store(which, origin, direction, distance);
+        self.rays.compress_store(which, &RayLanes { origin, direction, t_max: distance });
         if context.settings.transparent_shadows {
-            self.targets.compress_store(which, &[target.x, target.y, target.z]);
+            self.targets.compress_store(which, &ShadowTargetLanes { point: target });
         }
-        let mut places = *samples;
-        for at in &mut places {
-            *at = accumulator_slot(*at, pass);
+        let mut slots = *samples;
+        for slot in &mut slots {
+            *slot = accumulator_slot(*slot, group);
         }
-        self.contributions
-            .compress_store(which, &[lanes_from_bits(&places), contribution.x, contribution.y, contribution.z]);
+        self.shadow_rays.compress_store(which, &ShadowRayLanes { slot: lanes_from_bits(&slots), contribution });
     }
 
     /// Where the light of one ray is added, and how much it is.
     #[inline(always)]
-    pub fn contribution(&self, i: usize) -> (u32, Vec3) {
-        let [place, x, y, z] = self.contributions.row(i);
-        (place.to_bits(), Vec3::new(x, y, z))
+    pub fn get(&self, i: usize) -> ShadowRay {
+        self.shadow_rays.get(i)
     }
 
     pub fn target(&self, i: usize) -> Vec3 {
-        Vec3::from_array(self.targets.row(i))
+        self.targets.get(i).point
     }
 
     pub fn clear(&mut self) {
         self.rays.clear();
         self.targets.clear();
-        self.contributions.clear();
+        self.shadow_rays.clear();
     }
 }
 

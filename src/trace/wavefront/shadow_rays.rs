@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::context::RenderContext;
-use super::shadow_ray_queue::{ShadowRayQueue, slot_sample};
+use super::shadow_ray_queue::{ShadowRay, ShadowRayQueue, slot_sample};
 use super::worker::Worker;
 use crate::trace::soa::Ray;
 
@@ -18,16 +18,16 @@ pub fn trace_shadow_rays(
     let rays = &shadows.rays;
     worker.traversal.counters.shadow_rays += rays.len() as u64;
     if let Some(regions) = context.regions {
-        let rays = rays.iter().enumerate().map(|(i, ray)| (ray, slot_sample(shadows.contribution(i).0), ray.t_max));
+        let rays = rays.iter().enumerate().map(|(i, ray)| (ray, slot_sample(shadows.get(i).slot), ray.t_max));
         worker.footprint.add(regions, rays);
     }
     let mut hits = 0;
     if context.settings.transparent_shadows {
         for (i, ray) in rays.iter().enumerate() {
-            let (place, contribution) = shadows.contribution(i);
-            let share = visibility(context, ray, shadows.target(i), slot_sample(place), worker);
+            let ShadowRay { slot, contribution } = shadows.get(i);
+            let share = visibility(context, ray, shadows.target(i), slot_sample(slot), worker);
             hits += u64::from(share == 0.0);
-            colors[place as usize] += contribution * share;
+            colors[slot as usize] += contribution * share;
         }
     } else {
         context.accelerator.occluded_all(context.geometry, rays, &mut worker.traversal, blocked);
@@ -35,8 +35,8 @@ pub fn trace_shadow_rays(
         for (i, blocked) in blocked.iter().enumerate() {
             hits += u64::from(*blocked);
             if !blocked {
-                let (place, contribution) = shadows.contribution(i);
-                colors[place as usize] += contribution;
+                let ShadowRay { slot, contribution } = shadows.get(i);
+                colors[slot as usize] += contribution;
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::block::{BoxBlock, ConeBlock, Leaves, NO_BACK, NO_FRONT, NodeKind, NodeRef, SphereBlock, TriangleBlock};
 use crate::trace::counters::Counters;
-use crate::trace::primitive::{ClosestHit, ConeLanes, PARTS, PreparedRay, RayLanes, Sides, shapes};
+use crate::trace::primitive::{ClosestHit, ConeLanes, PARTS, PreparedRay, PreparedRayLanes, Sides, shapes};
 use crate::trace::simd::{LANES, V3, Wide, lanes};
 
 /// Whose triangles are met, and how distances there relate to those in the world.
@@ -77,7 +77,7 @@ fn load<L: Wide>(columns: &[[f32; LANES]; 3], [x, y, z]: [usize; 3]) -> V3<L> {
 }
 
 #[inline(always)]
-fn triangles<L: Wide>(block: &TriangleBlock, beam: &RayLanes<L>, scope: HitSpace, best: &mut ClosestHit) {
+fn triangles<L: Wide>(block: &TriangleBlock, beam: &PreparedRayLanes<L>, scope: HitSpace, best: &mut ClosestHit) {
     let [x, y, z] = beam.axes;
     let [a, b, c] = &block.corners;
     let corners = [load(a, [x, y, z]), load(b, [x, y, z]), load(c, [x, y, z])];
@@ -100,19 +100,19 @@ fn triangles<L: Wide>(block: &TriangleBlock, beam: &RayLanes<L>, scope: HitSpace
 }
 
 #[inline(always)]
-fn spheres<L: Wide>(block: &SphereBlock, beam: &RayLanes<L>, best: &mut ClosestHit) {
+fn spheres<L: Wide>(block: &SphereBlock, beam: &PreparedRayLanes<L>, best: &mut ClosestHit) {
     let (met, spans) = shapes::intersect_sphere(beam, load(&block.center, [0, 1, 2]), L::load(&block.radius));
     offer_spans(met, spans, &block.numbers, best);
 }
 
 #[inline(always)]
-fn boxes<L: Wide>(block: &BoxBlock, beam: &RayLanes<L>, best: &mut ClosestHit) {
+fn boxes<L: Wide>(block: &BoxBlock, beam: &PreparedRayLanes<L>, best: &mut ClosestHit) {
     let spans = shapes::intersect_box(beam, load(&block.min, [0, 1, 2]), load(&block.max, [0, 1, 2]));
     offer_spans(spans[0].le(spans[1]), spans, &block.numbers, best);
 }
 
 #[inline(always)]
-fn cones<L: Wide>(block: &ConeBlock, beam: &RayLanes<L>, best: &mut ClosestHit) {
+fn cones<L: Wide>(block: &ConeBlock, beam: &PreparedRayLanes<L>, best: &mut ClosestHit) {
     let (zero, limit) = (L::splat(0.0), L::splat(best.t));
     let [near, far] = shapes::intersect_box(beam, load(&block.min, [0, 1, 2]), load(&block.max, [0, 1, 2]));
     let open = L::and(near.le(far), L::and(zero.lt(far), near.le(limit)));

@@ -1,13 +1,13 @@
 //! Eight rays side by side against one primitive after the other.
 
 use crate::trace::accel::leaves::{ConeBlock, Leaves, NO_BACK, NO_FRONT, NodeKind, NodeRef};
-use crate::trace::primitive::{ClosestHit, ConeLanes, Geometry, PARTS, RayLanes, shapes};
+use crate::trace::primitive::{ClosestHit, ConeLanes, Geometry, PARTS, PreparedRayLanes, shapes};
 use crate::trace::simd::{LANES, V3, Wide, lanes};
-use crate::trace::soa::{Rays, contiguous};
+use crate::trace::soa::{HitLanes, RayLanes, Rays, contiguous};
 
 /// Eight rays, column by column, and their hits so far.
 pub struct RayGroup<L: Wide> {
-    pub beam: RayLanes<L>,
+    pub beam: PreparedRayLanes<L>,
     /// Coordinates in the order of the beam's axes.
     pub origin: [L; 3],
     pub direction: [L; 3],
@@ -27,26 +27,25 @@ impl<L: Wide> RayGroup<L> {
     /// The last ray fills the lanes that are left.
     #[inline(always)]
     pub fn new(geometry: &Geometry, rays: &Rays, numbers: &[u32], axes: [usize; 3]) -> Self {
-        let (mut origin, direction, end);
+        let (mut origin, direction, t_max): (V3<L>, V3<L>, L);
         if numbers.len() >= LANES && contiguous(&numbers[..LANES]) {
-            let first = numbers[0] as usize;
-            (origin, direction, end) = (rays.origins(first), rays.directions(first), rays.ends(first));
+            RayLanes { origin, direction, t_max } = rays.lanes(numbers[0] as usize);
         } else {
             let mut which = [0; LANES];
             for (lane, which) in which.iter_mut().enumerate() {
                 *which = numbers[lane.min(numbers.len() - 1)] as usize;
             }
-            (origin, direction, end) = rays.gathered(&which);
+            RayLanes { origin, direction, t_max } = rays.gather(&which);
         }
         let skip;
         (skip, origin) = geometry.approached::<L>(origin, direction);
         let (origin, direction) = (turned(origin, axes), turned(direction, axes));
         let zero = L::splat(0.0);
         RayGroup {
-            beam: RayLanes::of_rays(axes, origin, direction),
+            beam: PreparedRayLanes::of_rays(axes, origin, direction),
             origin,
             direction,
-            t: end - skip,
+            t: t_max - skip,
             skip,
             u: zero,
             v: zero,
@@ -62,10 +61,11 @@ impl<L: Wide> RayGroup<L> {
         self.found
     }
 
-    /// Distances from where the rays started, parameters, and the bits of primitives and elements.
+    /// Hits so far, with distances from where the rays started.
     #[inline(always)]
-    pub fn hits(&self) -> [L; 5] {
-        [self.skip + self.t, self.u, self.v, self.primitive, self.element]
+    pub fn hits(&self) -> HitLanes<L> {
+        let RayGroup { u, v, primitive, element, .. } = *self;
+        HitLanes { t: self.skip + self.t, u, v, primitive, element }
     }
 
     /// Hits so far, ray by ray.

@@ -78,7 +78,7 @@ impl HitSink for Hits {
 
     #[inline(always)]
     fn eight<L: Wide>(&mut self, rays: &[u32], group: &RayGroup<L>) {
-        self.set_eight(rays, group.found(), group.hits());
+        self.set_lanes(rays, group.found(), group.hits());
     }
 }
 
@@ -137,7 +137,7 @@ const SORTED: usize = 512;
 /// one more if it runs down.
 #[inline(always)]
 fn ways<L: Wide>(rays: &Rays, first: usize) -> [f32; LANES] {
-    let direction = rays.directions::<L>(first);
+    let direction = rays.direction::<L>(first);
     let (size, zero, one) = (direction.abs(), L::splat(0.0), L::splat(1.0));
     let on_x = L::and(size.y.lt(size.x), size.z.lt(size.x));
     let on_y = size.z.lt(size.y);

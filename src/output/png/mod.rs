@@ -1,64 +1,40 @@
 //! PNG: 8 or 16 bits a channel, marked as sRGB, with what the picture says of its making.
 
+mod chunks;
+
 use std::io::Cursor;
 
 use ::png::{
     BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError, Limits, SrgbRenderingIntent, Transformations,
 };
 
-use super::state::PIXELS;
+use super::format::{Decoded, Format, PictureHeader};
+use super::metadata::{Metadata, with_pixels};
 use crate::base::digest::{Digest, Hasher};
 use crate::base::limits;
 use crate::components::Render;
 use crate::film::{DisplayTransform, Film};
 
-/// What a picture says of its making: keyword and text, in order.
-pub type Metadata = Vec<(String, String)>;
-
-/// The settings that decide a picture's pixels, as one line. The accelerator is not among them: it does not show.
-pub fn settings_text(render: &Render) -> String {
-    let [width, height] = render.size;
-    let Render { samples, max_depth, shadow_samples, light_size, .. } = render;
-    format!(
-        "size={width}x{height} samples={samples} integrator={} max_depth={max_depth} shadows={} \
-         shadow_samples={shadow_samples} light_size={light_size} transparent_shadows={} fresnel={} transfer={}",
-        render.integrator.name(),
-        render.shadows.name(),
-        render.transparent_shadows,
-        render.fresnel.name(),
-        render.transfer.name(),
-    ) + film_settings_text(render).as_str()
-}
-
-/// The settings of the film that are not as they usually are.
-fn film_settings_text(render: &Render) -> String {
-    let usual = Render::default();
-    let mut note = String::new();
-    let mut add = |name: &str, value: String, differs: bool| {
-        if differs {
-            note += &format!(" {name}={value}");
-        }
-    };
-    if let Some(clamp) = render.clamp {
-        add("clamp", clamp.to_string(), true);
-    }
-    add("exposure", render.exposure.to_string(), render.exposure != usual.exposure);
-    add("tone_map", render.tone_map.name().into(), render.tone_map != usual.tone_map);
-    add("filter", render.filter.name().into(), render.filter != usual.filter);
-    add("filter_width", render.filter_width().to_string(), render.filter_width() != usual.filter_width());
-    if let Some(threshold) = render.noise_threshold {
-        add("noise_threshold", threshold.to_string(), true);
-        add("min_samples", render.min_samples.to_string(), true);
-    }
-    add("denoise", render.denoise.to_string(), render.denoise);
-    note
-}
+/// PNG in the table of formats.
+pub const PNG: Format = Format {
+    name: "PNG",
+    extensions: &["png"],
+    signature: &chunks::SIGNATURE,
+    bit_depths: &[(8, "8 bits a channel"), (16, "16 bits a channel")],
+    holds: |_| false,
+    encode: |film, render, metadata| encode(film, render, metadata).map_err(|e| e.to_string()),
+    decode,
+    pixels,
+    read_header: |bytes| read_header(bytes).ok_or_else(|| "not a PNG picture".into()),
+    checked_metadata,
+    relabel: |bytes, _, changed| chunks::with_metadata(bytes, changed),
+};
 
 /// The bytes of a PNG file.
 ///
 /// # Errors
-/// Only a note that PNG cannot hold.
-pub fn encode_png(film: &Film, render: &Render, metadata: &Metadata) -> Result<Vec<u8>, EncodingError> {
+/// Only a entry that PNG cannot hold.
+fn encode(film: &Film, render: &Render, metadata: &Metadata) -> Result<Vec<u8>, EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, film.width, film.height);
     encoder.set_color(ColorType::Rgb);
@@ -71,12 +47,8 @@ pub fn encode_png(film: &Film, render: &Render, metadata: &Metadata) -> Result<V
     } else {
         film.to_rgb8(DisplayTransform::new(render))
     };
-    for (keyword, text) in metadata {
-        encoder.add_itxt_chunk(keyword.clone(), text.clone())?;
-    }
-    if metadata.iter().any(|(keyword, _)| keyword == "Hash") {
-        let pixels = digest_of(film.width, film.height, &data, is_deep, 3);
-        encoder.add_itxt_chunk(PIXELS.into(), pixels.to_string())?;
+    for (keyword, text) in with_pixels(metadata, || digest_of(film.width, film.height, &data, is_deep, 3)) {
+        encoder.add_itxt_chunk(keyword, text)?;
     }
     encoder.set_depth(if is_deep { BitDepth::Sixteen } else { BitDepth::Eight });
     encoder.write_header()?.write_image_data(&data)?;
@@ -109,7 +81,7 @@ fn digest_of(width: u32, height: u32, data: &[u8], is_deep: bool, channels: usiz
 const BLOCK: usize = 1 << 14;
 
 /// The digest of the pixels of a PNG file, as they are in it; `None` if it is none, or shows what is behind it.
-pub fn png_pixels(bytes: &[u8]) -> Option<Digest> {
+fn pixels(bytes: &[u8]) -> Option<Digest> {
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: limits::FRAME_FILE_BYTES as usize });
     decoder.set_transformations(Transformations::EXPAND);
     let mut reader = decoder.read_info().ok()?;
@@ -132,14 +104,27 @@ pub fn png_pixels(bytes: &[u8]) -> Option<Digest> {
     Some(digest_of(width, height, &data, is_deep, channels))
 }
 
-/// The notes of a PNG file, and its size; `None` if it is not one.
-pub fn read_png_metadata(bytes: &[u8]) -> Option<([u32; 2], Metadata)> {
+/// Colours of 8 or 16 bits, 0 to 1.
+fn decode(bytes: &[u8]) -> Result<Decoded, String> {
+    let picture = image::load_from_memory_with_format(bytes, image::ImageFormat::Png).map_err(|e| e.to_string())?;
+    let picture = picture.to_rgb16();
+    let pixels = picture.pixels().map(|p| p.0.map(|x| f32::from(x) / 65535.0)).collect();
+    Ok(Decoded { size: [picture.width(), picture.height()], pixels })
+}
+
+/// Size and metadata of a PNG file; `None` if it is not one.
+fn read_header(bytes: &[u8]) -> Option<PictureHeader> {
     let mut reader = Decoder::new(Cursor::new(bytes)).read_info().ok()?;
     reader.finish().ok()?;
     let info = reader.info();
     let plain = info.uncompressed_latin1_text.iter().map(|t| (t.keyword.clone(), t.text.clone()));
     let utf8 = info.utf8_text.iter().filter_map(|t| Some((t.keyword.clone(), t.get_text().ok()?)));
-    Some(([info.width, info.height], plain.chain(utf8).collect()))
+    Some(PictureHeader { size: [info.width, info.height], channels: Vec::new(), metadata: plain.chain(utf8).collect() })
+}
+
+/// The metadata of a PNG file of which every chunk is whole.
+fn checked_metadata(bytes: &[u8]) -> Option<Metadata> {
+    if chunks::are_whole(bytes) { read_header(bytes).map(|header| header.metadata) } else { None }
 }
 
 #[cfg(test)]
@@ -148,14 +133,15 @@ mod tests {
     use crate::components::Transfer;
 
     #[test]
-    fn pixels_and_notes_come_back() {
+    fn pixels_and_metadata_come_back() {
         let film = Film { pixels: vec![[0.0, 0.5, 1.0], [0.25, 2.0, -1.0]], ..Film::new(2, 1) };
         let metadata: Metadata = vec![("Frame".into(), "7".into()), ("Source".into(), "schön.rhai".into())];
         for (bit_depth, expected) in [(8, [0u32, 128, 255]), (16, [0, 32768, 65535])] {
             let render = Render { bit_depth, transfer: Transfer::Linear, ..Render::default() };
-            let bytes = encode_png(&film, &render, &metadata).unwrap();
-            assert_eq!(bytes, encode_png(&film, &render, &metadata).unwrap());
-            assert_eq!(read_png_metadata(&bytes), Some(([2, 1], metadata.clone())));
+            let bytes = encode(&film, &render, &metadata).unwrap();
+            assert_eq!(bytes, encode(&film, &render, &metadata).unwrap());
+            let header = read_header(&bytes).unwrap();
+            assert_eq!((header.size, &header.metadata), ([2, 1], &metadata));
             let picture = image::load_from_memory(&bytes).unwrap();
             let first = match bit_depth {
                 8 => picture.to_rgb8().get_pixel(0, 0).0.map(u32::from),
@@ -163,15 +149,15 @@ mod tests {
             };
             assert_eq!(first, expected);
         }
-        assert_eq!(read_png_metadata(b"not a picture"), None);
+        assert_eq!(read_header(b"not a picture"), None);
     }
 
     #[test]
     fn the_digest_is_of_what_is_shown_and_not_of_how_it_is_stored() {
         let grey = |x: f32| Film { pixels: vec![[x; 3]; 6], ..Film::new(3, 2) };
         let hash: Metadata = vec![("Hash".into(), "0".into())];
-        let encode = |film: &Film, bit_depth| {
-            encode_png(film, &Render { bit_depth, transfer: Transfer::Linear, ..Render::default() }, &hash).unwrap()
+        let file = |film: &Film, bit_depth| {
+            encode(film, &Render { bit_depth, transfer: Transfer::Linear, ..Render::default() }, &hash).unwrap()
         };
         let stored = |color: ColorType, depth: BitDepth, data: &[u8]| {
             let mut bytes = Vec::new();
@@ -179,18 +165,18 @@ mod tests {
             encoder.set_color(color);
             encoder.set_depth(depth);
             encoder.write_header().unwrap().write_image_data(data).unwrap();
-            png_pixels(&bytes)
+            pixels(&bytes)
         };
-        let white = png_pixels(&encode(&grey(1.0), 8));
-        assert!(white.is_some() && white == png_pixels(&encode(&grey(1.0), 16)));
+        let white = pixels(&file(&grey(1.0), 8));
+        assert!(white.is_some() && white == pixels(&file(&grey(1.0), 16)));
         assert_eq!(stored(ColorType::Grayscale, BitDepth::Eight, &[255; 6]), white);
         assert_eq!(stored(ColorType::Grayscale, BitDepth::One, &[0xff; 2]), white);
         assert_eq!(stored(ColorType::Rgba, BitDepth::Eight, &[255; 24]), white);
         assert_eq!(stored(ColorType::GrayscaleAlpha, BitDepth::Eight, &[255, 254].repeat(6)), None);
         assert_ne!(stored(ColorType::Grayscale, BitDepth::Eight, &[254; 6]), white);
-        assert_ne!(png_pixels(&encode(&grey(0.5), 8)), png_pixels(&encode(&grey(0.5), 16)));
-        let (_, metadata) = read_png_metadata(&encode(&grey(1.0), 8)).unwrap();
-        assert_eq!(metadata[1], (PIXELS.into(), white.unwrap().to_string()));
-        assert_eq!(png_pixels(b"no picture"), None);
+        assert_ne!(pixels(&file(&grey(0.5), 8)), pixels(&file(&grey(0.5), 16)));
+        let metadata = read_header(&file(&grey(1.0), 8)).unwrap().metadata;
+        assert_eq!(metadata[1], ("Pixels".to_string(), white.unwrap().to_string()));
+        assert_eq!(pixels(b"no picture"), None);
     }
 }

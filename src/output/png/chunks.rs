@@ -1,10 +1,11 @@
-//! PNG as a row of chunks: whether each is whole, and the same picture with other notes.
+//! PNG as a row of chunks: whether each is whole, and the same picture with other metadata.
 //!
 //! (PNG specification, third edition, chapter 5: length, type, data, and a CRC over type and data.)
 
-use super::png::{self, Metadata};
+use crate::output::metadata::Metadata;
 
-const SIGNATURE: [u8; 8] = [0x89, b'P', b'N', b'G', b'\r', b'\n', 0x1a, b'\n'];
+/// What every PNG file starts with.
+pub const SIGNATURE: [u8; 8] = [0x89, b'P', b'N', b'G', b'\r', b'\n', 0x1a, b'\n'];
 
 struct Chunk<'a> {
     kind: [u8; 4],
@@ -30,13 +31,12 @@ fn chunks(bytes: &[u8]) -> Option<Vec<Chunk<'_>>> {
     (found.first()?.kind == *b"IHDR" && found.last()?.kind == *b"IEND").then_some(found)
 }
 
-/// The notes of a PNG file of which every chunk is whole.
-pub fn checked_metadata(bytes: &[u8]) -> Option<Metadata> {
-    chunks(bytes)?;
-    png::read_png_metadata(bytes).map(|(_, metadata)| metadata)
+/// Whether every chunk is whole and the file ends with its last.
+pub fn are_whole(bytes: &[u8]) -> bool {
+    chunks(bytes).is_some()
 }
 
-/// The same picture with other values of some of its notes: to the byte what encoding it with those would give.
+/// The same picture with other values of some of its metadata: to the byte what encoding it with those would give.
 ///
 /// `None` if it is not a whole PNG file.
 pub fn with_metadata(bytes: &[u8], changed: &Metadata) -> Option<Vec<u8>> {
@@ -55,7 +55,7 @@ pub fn with_metadata(bytes: &[u8], changed: &Metadata) -> Option<Vec<u8>> {
     Some(out)
 }
 
-/// An uncompressed note without a language (chapter 11.3.3.4).
+/// An uncompressed text chunk without a language (chapter 11.3.3.4).
 fn write_itxt(out: &mut Vec<u8>, keyword: &str, text: &str) {
     let data = [b"iTXt", keyword.as_bytes(), b"\0\0\0\0\0", text.as_bytes()].concat();
     out.extend((data.len() as u32 - 4).to_be_bytes());
@@ -65,22 +65,22 @@ fn write_itxt(out: &mut Vec<u8>, keyword: &str, text: &str) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{checked_metadata, encode};
     use super::*;
     use crate::components::Render;
     use crate::film::Film;
-    use crate::output::encode_png;
 
     #[test]
-    fn a_picture_with_other_notes_is_what_encoding_it_gives() {
+    fn a_picture_with_other_metadata_is_what_encoding_it_gives() {
         let film = Film { pixels: (0..1200).map(|i| [i as f32 / 1200.0, 0.3, 0.1]).collect(), ..Film::new(40, 30) };
         let metadata = |n: &str| -> Metadata {
-            let note = |keyword: &str, text: &str| (keyword.to_string(), text.to_string());
-            vec![note("Source", "\u{e4}.rhai"), note("Frame", n), note("Frames", "9")]
+            let entry = |keyword: &str, text: &str| (keyword.to_string(), text.to_string());
+            vec![entry("Source", "\u{e4}.rhai"), entry("Frame", n), entry("Frames", "9")]
         };
         for bit_depth in [8, 16] {
             let render = Render { bit_depth, ..Render::default() };
-            let one = encode_png(&film, &render, &metadata("1")).unwrap();
-            let other = encode_png(&film, &render, &metadata("123")).unwrap();
+            let one = encode(&film, &render, &metadata("1")).unwrap();
+            let other = encode(&film, &render, &metadata("123")).unwrap();
             assert_eq!(with_metadata(&one, &vec![("Frame".into(), "123".into())]), Some(other));
             assert_eq!(checked_metadata(&one), Some(metadata("1")));
             assert_eq!(with_metadata(&one[..one.len() - 1], &metadata("2")), None);

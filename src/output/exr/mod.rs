@@ -1,7 +1,9 @@
-//! OpenEXR: linear values of any size, with layers beside the colours, and notes in the attribute `comments`.
+//! OpenEXR: linear values of any size, with layers beside the colours, and metadata in the attribute `comments`.
 //!
 //! One part of scan lines, compressed by ZIP (lossless, sixteen lines at a time). Channels have the names that
 //! compositors look for: `R G B` for the picture, `Z` for depth, `N.X` and so on for what else is asked for.
+
+mod header;
 
 use std::io::Cursor;
 
@@ -11,13 +13,29 @@ use ::exr::prelude::{
     ReadChannels, ReadLayers, Text, WritableImage, f16, read,
 };
 
-use super::Metadata;
-use super::attributes::text_of;
-use super::state::PIXELS;
+use super::format::{Decoded, Format, PictureHeader};
+use super::metadata::{Metadata, with_pixels};
 use crate::base::digest::{Digest, Hasher};
 use crate::base::limits;
 use crate::components::{Aov, Render};
 use crate::film::Film;
+use header::text_of;
+
+/// OpenEXR in the table of formats.
+pub const EXR: Format = Format {
+    name: "EXR",
+    extensions: &["exr"],
+    signature: &[0x76, 0x2f, 0x31, 0x01],
+    bit_depths: &[(8, "halves"), (16, "halves"), (32, "floats")],
+    holds: |_| true,
+    encode,
+    decode,
+    pixels,
+    read_header,
+    // The sums that tell damage are inside of the blocks: all are unpacked.
+    checked_metadata: |bytes| decode(bytes).and_then(|_| read_header(bytes)).ok().map(|header| header.metadata),
+    relabel: header::with_metadata,
+};
 
 /// Largest number of a half.
 const MOST_OF_HALF: f32 = 65_504.0;
@@ -34,7 +52,7 @@ const LAYERS: [Aov; 8] =
 ///
 /// # Errors
 /// What the format cannot hold.
-pub fn encode_exr(film: &Film, render: &Render, metadata: &Metadata) -> Result<Vec<u8>, String> {
+fn encode(film: &Film, render: &Render, metadata: &Metadata) -> Result<Vec<u8>, String> {
     let colors = &film.pixels;
     let mut channels: Vec<AnyChannel<FlatSamples>> = Vec::new();
     for (axis, name) in ["R", "G", "B"].into_iter().enumerate() {
@@ -53,11 +71,8 @@ pub fn encode_exr(film: &Film, render: &Render, metadata: &Metadata) -> Result<V
             );
         }
     }
-    let mut metadata = metadata.clone();
-    if metadata.iter().any(|(keyword, _)| keyword == "Hash") {
-        metadata.push((PIXELS.into(), digest_of([film.width, film.height], &channels).to_string()));
-    }
-    // One attribute for all notes: the crate writes several in an order that changes from run to run.
+    let metadata = with_pixels(metadata, || digest_of([film.width, film.height], &channels));
+    // One attribute for all metadata: the crate writes several in an order that changes from run to run.
     let comments = Some(Text::from_slice_unchecked(text_of(&metadata).as_bytes()));
     let attributes = LayerAttributes { comments, ..LayerAttributes::default() };
     let encoding =
@@ -85,8 +100,8 @@ fn digest_of(size: [u32; 2], channels: &[AnyChannel<FlatSamples>]) -> Digest {
     hasher.finish()
 }
 
-/// The digest of the pixels of an EXR file, as they are in it; `None` if it is none.
-pub fn exr_pixels(bytes: &[u8]) -> Option<Digest> {
+/// The digest of what a file shows.
+fn pixels(bytes: &[u8]) -> Option<Digest> {
     let (size, image) = read_image(bytes).ok()?;
     Some(digest_of(size, &image.layer_data.channel_data.list))
 }
@@ -111,28 +126,11 @@ fn columns(film: &Film, aov: Aov) -> Vec<(&'static str, Vec<f32>)> {
     }
 }
 
-/// A picture with its channels as they are in the file.
-type FlatImage = Image<Layer<AnyChannels<FlatSamples>>>;
-
-/// What an EXR file holds, as far as anim looks at it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ExrFile {
-    pub size: [u32; 2],
-    /// Names of all channels, in the file's order.
-    pub channels: Vec<String>,
-    pub metadata: Metadata,
-}
-
-/// Whether these are the bytes of an EXR file.
-pub fn is_exr(bytes: &[u8]) -> bool {
-    bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
-}
-
 /// What the header of an EXR file says.
 ///
 /// # Errors
 /// What is wrong with the file, or larger than it may be.
-pub fn read_exr_header(bytes: &[u8]) -> Result<ExrFile, String> {
+fn read_header(bytes: &[u8]) -> Result<PictureHeader, String> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
     let header = meta.headers.first().ok_or("it has no picture")?;
     let side = |n: usize| u32::try_from(n).ok().filter(|n| (1..=limits::IMAGE_SIDE).contains(n));
@@ -150,17 +148,20 @@ pub fn read_exr_header(bytes: &[u8]) -> Result<ExrFile, String> {
     }
     let text = |text: &Text| String::from_utf8_lossy(text.as_slice()).into_owned();
     let comments = header.own_attributes.comments.as_ref().map(text).unwrap_or_default();
-    let note = |line: &str| line.split_once(": ").map(|(keyword, text)| (keyword.to_string(), text.to_string()));
-    let metadata = comments.lines().filter_map(note).collect();
+    let entry = |line: &str| line.split_once(": ").map(|(keyword, text)| (keyword.to_string(), text.to_string()));
+    let metadata = comments.lines().filter_map(entry).collect();
     let channels = header.channels.list.iter().map(|c| text(&c.name)).collect();
-    Ok(ExrFile { size: [width, height], channels, metadata })
+    Ok(PictureHeader { size: [width, height], channels, metadata })
 }
+
+/// A picture with its channels as they are in the file.
+type FlatImage = Image<Layer<AnyChannels<FlatSamples>>>;
 
 /// The linear colours of an EXR file, top row first.
 ///
 /// # Errors
-/// As [`read_exr_header`]; a file without `R`, `G` and `B`.
-pub fn read_exr(bytes: &[u8]) -> Result<([u32; 2], Vec<[f32; 3]>), String> {
+/// As [`read_header`]; a file without `R`, `G` and `B`.
+fn decode(bytes: &[u8]) -> Result<Decoded, String> {
     let (size, image) = read_image(bytes)?;
     let layer = &image.layer_data;
     let mut colors = vec![[0.0; 3]; layer.size.area()];
@@ -171,12 +172,12 @@ pub fn read_exr(bytes: &[u8]) -> Result<([u32; 2], Vec<[f32; 3]>), String> {
             color[axis] = value;
         }
     }
-    Ok((size, colors))
+    Ok(Decoded { size, pixels: colors })
 }
 
 /// All channels of the first part of an EXR file.
 fn read_image(bytes: &[u8]) -> Result<([u32; 2], FlatImage), String> {
-    let ExrFile { size, .. } = read_exr_header(bytes)?;
+    let PictureHeader { size, .. } = read_header(bytes)?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -203,20 +204,20 @@ mod tests {
         film.layers.make_room_for_features(19 * 18);
         let render = Render { aovs: vec![Aov::Entity, Aov::Depth], ..Render::default() };
         let metadata: Metadata = vec![("Source".into(), "schön: 雪.rhai".into()), ("Frame".into(), "7".into())];
-        encode_exr(&film, &render, &metadata).unwrap()
+        encode(&film, &render, &metadata).unwrap()
     }
 
     #[test]
-    fn colors_names_and_notes_come_back() {
+    fn colors_names_and_metadata_come_back() {
         let bytes = file();
-        assert!(is_exr(&bytes) && bytes == file());
-        let (size, colors) = read_exr(&bytes).unwrap();
+        assert!(bytes.starts_with(EXR.signature) && bytes == file());
+        let Decoded { size, pixels: colors } = decode(&bytes).unwrap();
         // The smallest step of a half near 0.1 is 2^-14.
         assert_eq!((size, colors.len()), ([19, 18], 19 * 18));
         assert!(
             colors.iter().enumerate().all(|(i, c)| c[0] == i as f32 && (c[1] - 0.1).abs() < 1e-4 && c[2] == 65504.0)
         );
-        let header = read_exr_header(&bytes).unwrap();
+        let header = read_header(&bytes).unwrap();
         assert_eq!(header.channels, ["B", "G", "R", "Z", "entityId"]);
         assert_eq!(header.metadata[0], ("Source".to_string(), "schön: 雪.rhai".to_string()));
     }
@@ -225,13 +226,13 @@ mod tests {
     fn broken_files_are_refused_and_nothing_worse() {
         let whole = file();
         for i in 0..whole.len() {
-            let _ = read_exr(&whole[..i]);
+            let _ = decode(&whole[..i]);
             for flip in [1, 0x80, 0xff] {
                 let mut broken = whole.clone();
                 broken[i] ^= flip;
-                let _ = read_exr(&broken);
+                let _ = decode(&broken);
             }
         }
-        assert!(read_exr(b"not a picture").is_err() && read_exr(&whole[..whole.len() / 2]).is_err());
+        assert!(decode(b"not a picture").is_err() && decode(&whole[..whole.len() / 2]).is_err());
     }
 }

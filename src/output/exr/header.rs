@@ -1,16 +1,16 @@
-//! The header of an EXR file as bytes: the same picture with other notes.
+//! The header of an EXR file as bytes: the same picture with other metadata.
 //!
 //! (OpenEXR file layout: magic number and version; attributes of name, type, length and value, behind the last of them a
 //! zero; the places of all blocks, counted from the start of the file; the blocks.)
 
-use super::png::Metadata;
+use crate::output::metadata::Metadata;
 
 /// Magic number, and version 2 of a plain picture: one part of scan lines with short names.
-const START: [u8; 8] = [0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0];
+pub const START: [u8; 8] = [0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0];
 
-/// Where the notes lie in a file, and what lies behind the header.
+/// Where the metadata lie in a file, and what lies behind the header.
 struct ExrLayout {
-    /// The length of the notes, before their text.
+    /// The length of the metadata, before their text.
     length: usize,
     /// Behind the text.
     end: usize,
@@ -51,15 +51,15 @@ fn layout(bytes: &[u8]) -> Option<ExrLayout> {
     is_table.then_some(ExrLayout { length, end, table: at, blocks })
 }
 
-/// The notes as the text of the attribute.
+/// The metadata as the text of the attribute.
 pub fn text_of(metadata: &Metadata) -> String {
     let lines: Vec<String> = metadata.iter().map(|(keyword, text)| format!("{keyword}: {text}")).collect();
     lines.join("\n")
 }
 
-/// The same picture with other values of some of its notes: to the byte what encoding it with those would give.
+/// The same picture with other values of some of its metadata: to the byte what encoding it with those would give.
 ///
-/// `None` if it is not a plain picture with such notes. Whether its blocks are whole is for others to see.
+/// `None` if it is not a plain picture with such metadata. Whether its blocks are whole is for others to see.
 pub fn with_metadata(bytes: &[u8], metadata: &Metadata, changed: &Metadata) -> Option<Vec<u8>> {
     let ExrLayout { length, end, table, blocks } = layout(bytes)?;
     if bytes.get(length + 4..end)? != text_of(metadata).as_bytes() {
@@ -87,26 +87,26 @@ pub fn with_metadata(bytes: &[u8], metadata: &Metadata, changed: &Metadata) -> O
 
 #[cfg(test)]
 mod tests {
+    use super::super::{encode, read_header};
     use super::*;
     use crate::components::{Aov, Render};
     use crate::film::Film;
-    use crate::output::{encode_exr, read_exr_header};
 
     #[test]
-    fn a_picture_with_other_notes_is_what_encoding_it_gives() {
+    fn a_picture_with_other_metadata_is_what_encoding_it_gives() {
         let mut film = Film { pixels: (0..3200).map(|i| [i as f32 / 1200.0, 0.3, 0.1]).collect(), ..Film::new(40, 80) };
         film.layers.make_room_for_features(3200);
         let metadata = |n: &str| -> Metadata {
-            let note = |keyword: &str, text: &str| (keyword.to_string(), text.to_string());
-            vec![note("Source", "\u{e4}.rhai"), note("Frame", n), note("Frames", "9")]
+            let entry = |keyword: &str, text: &str| (keyword.to_string(), text.to_string());
+            vec![entry("Source", "\u{e4}.rhai"), entry("Frame", n), entry("Frames", "9")]
         };
         for (bit_depth, aovs) in [(16, vec![]), (32, vec![Aov::Depth, Aov::Normal])] {
             let render = Render { bit_depth, aovs, ..Render::default() };
-            let [one, other] = ["1", "123"].map(|n| encode_exr(&film, &render, &metadata(n)).unwrap());
+            let [one, other] = ["1", "123"].map(|n| encode(&film, &render, &metadata(n)).unwrap());
             let changed = vec![("Frame".into(), "123".into())];
             assert!(with_metadata(&one, &metadata("1"), &changed) == Some(other.clone()));
             assert!(with_metadata(&other, &metadata("123"), &vec![("Frame".into(), "1".into())]) == Some(one.clone()));
-            assert_eq!(read_exr_header(&one).unwrap().metadata, metadata("1"));
+            assert_eq!(read_header(&one).unwrap().metadata, metadata("1"));
             assert_eq!(with_metadata(&one, &metadata("2"), &changed), None);
             for cut in 0..one.len().min(600) {
                 let _ = with_metadata(&one[..cut], &metadata("1"), &changed);

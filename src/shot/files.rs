@@ -1,0 +1,32 @@
+//! Files that a World names are read before it is rendered, never while.
+
+use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::load::image;
+use crate::systems::{self, FileRequest, Stage};
+
+/// Reads the images of textures that are not loaded.
+///
+/// # Errors
+/// An image that cannot be read, and who names it.
+pub fn load_images(stage: &mut Stage) -> Result<(), Diagnostics> {
+    for FileRequest { file, decoded, owner, subject } in systems::missing_images(stage) {
+        let base = stage.base().clone();
+        let loaded = image::fetch(&mut stage.files_mut().images, &base, &file, decoded);
+        loaded.map_err(|e| Diagnostic { message: format!("{owner}: {}", e.message), ..e }.about(subject))?;
+    }
+    Ok(())
+}
+
+/// Reads all that rendering the World needs and that is not loaded.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn load_all(stage: &mut Stage) -> Result<(), Diagnostics> {
+    load_images(stage)?;
+    let Some(FileRequest { file, decoded, subject, .. }) = systems::missing_environment(stage) else { return Ok(()) };
+    let base = stage.base().clone();
+    let source = image::read_surroundings(&mut stage.files_mut().images, &base, &file, decoded);
+    let source = source.map_err(|e| e.about(subject))?;
+    stage.files_mut().environment = Some(((file, decoded), source));
+    Ok(())
+}

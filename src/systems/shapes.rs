@@ -1,0 +1,126 @@
+//! Shapes -> primitives: one implementation for each shape.
+
+use glam::{DVec3, Vec2, Vec3};
+
+use super::extract::{ExtractShape, Extraction, ShapePlacement};
+use crate::base::math;
+use crate::components::*;
+use crate::trace::primitive::LocalShape;
+
+/// Meshes of fewer triangles are split into single ones: their bookkeeping would cost more than they do.
+const FEW_TRIANGLES: usize = 16;
+
+impl ExtractShape for Sphere {
+    fn extract(&self, placed: &ShapePlacement, out: &mut Extraction) {
+        let Sphere { center, radius } = *self;
+        let tag = placed.tag(radius < 0.0);
+        match math::uniform_scale(&placed.map) {
+            Some(scale) => out.geometry.push_sphere(tag, placed.point(center), (radius.abs() * scale) as f32),
+            None => {
+                let shape = LocalShape::Sphere { center: center.as_vec3(), radius: radius.abs() as f32 };
+                out.geometry.push_transformed(tag, shape, &placed.map);
+            }
+        }
+    }
+}
+
+/// A mirrored triangle runs the other way round, so that its front stays its front.
+fn winding(placed: &ShapePlacement) -> [usize; 3] {
+    if placed.is_mirrored() { [0, 2, 1] } else { [0, 1, 2] }
+}
+
+impl ExtractShape for Triangle {
+    fn extract(&self, placed: &ShapePlacement, out: &mut Extraction) {
+        let order = winding(placed);
+        let corners = order.map(|i| placed.point(self.vertices[i]));
+        let normals = self.normals.as_ref().map(|n| order.map(|i| placed.normal(n[i])));
+        out.geometry.push_triangle(placed.tag(false), corners, normals);
+        match &self.uvs {
+            Some(uvs) => out.geometry.texture_triangle(order.map(|i| uvs[i].as_vec2())),
+            None if placed.is_mirrored() => out.geometry.texture_triangle([Vec2::ZERO, Vec2::Y, Vec2::X]),
+            None => {}
+        }
+    }
+}
+
+impl ExtractShape for Plane {
+    fn extract(&self, placed: &ShapePlacement, out: &mut Extraction) {
+        let (point, normal) = (placed.point(self.point), placed.normal(self.normal));
+        out.geometry.push_plane(placed.tag(false), point, normal);
+    }
+}
+
+impl ExtractShape for AABox {
+    fn extract(&self, placed: &ShapePlacement, out: &mut Extraction) {
+        let AABox { min, max } = *self;
+        let m = placed.map.matrix3;
+        let single = |v: DVec3| v.to_array().iter().filter(|x| **x != 0.0).count() == 1;
+        if single(m.x_axis) && single(m.y_axis) && single(m.z_axis) {
+            // Stretched, mirrored or turned by right angles: still along the world's axes.
+            let (a, b) = (placed.point(min), placed.point(max));
+            out.geometry.push_box(placed.tag(false), a.min(b), a.max(b));
+        } else {
+            let shape = LocalShape::Box { min: min.as_vec3(), max: max.as_vec3() };
+            out.geometry.push_transformed(placed.tag(false), shape, &placed.map);
+        }
+    }
+}
+
+impl ExtractShape for Cylinder {
+    fn extract(&self, placed: &ShapePlacement, out: &mut Extraction) {
+        frustum(placed, [self.base, self.apex], [self.radius, self.radius], self.capped, out);
+    }
+}
+
+impl ExtractShape for Cone {
+    fn extract(&self, placed: &ShapePlacement, out: &mut Extraction) {
+        frustum(placed, [self.base, self.apex], [self.base_radius, self.apex_radius], self.capped, out);
+    }
+}
+
+/// The frustum of a cone between two points, with its radii there.
+fn frustum(placed: &ShapePlacement, [base, apex]: [DVec3; 2], radii: [f64; 2], capped: bool, out: &mut Extraction) {
+    let tag = placed.tag(radii[0] < 0.0 || radii[1] < 0.0);
+    let radii = radii.map(f64::abs);
+    match math::uniform_scale(&placed.map) {
+        Some(scale) => {
+            let [base_radius, apex_radius] = radii.map(|r| (r * scale) as f32);
+            out.geometry.push_cone(tag, placed.point(base), base_radius, placed.point(apex), apex_radius, capped);
+        }
+        None => {
+            let [base_radius, apex_radius] = radii.map(|r| r as f32);
+            let (base, apex) = (base.as_vec3(), apex.as_vec3());
+            let shape = LocalShape::Cone { base, base_radius, apex, apex_radius, capped };
+            out.geometry.push_transformed(tag, shape, &placed.map);
+        }
+    }
+}
+
+impl ExtractShape for Mesh {
+    fn extract(&self, placed: &ShapePlacement, out: &mut Extraction) {
+        let data = &self.data;
+        let smooth = self.smooth || !data.normals.is_empty();
+        if data.triangles.len() < FEW_TRIANGLES {
+            single_triangles(data, placed, smooth, out);
+        } else if out.is_shared(data) {
+            out.geometry.push_instance(placed.tag(false), data, smooth, &placed.map);
+        } else {
+            out.geometry.push_mesh(placed.tag(false), data, smooth, &placed.map);
+        }
+    }
+}
+
+fn single_triangles(data: &MeshData, placed: &ShapePlacement, smooth: bool, out: &mut Extraction) {
+    let points: Vec<Vec3> = data.vertices.iter().map(|v| placed.point(v.as_dvec3())).collect();
+    let normals = if smooth { data.shading_normals() } else { &[] };
+    let normals: Vec<Vec3> = normals.iter().map(|n| placed.normal(n.as_dvec3())).collect();
+    let order = winding(placed);
+    for triangle in &data.triangles {
+        let at = order.map(|i| triangle[i] as usize);
+        let shading = (!normals.is_empty()).then(|| at.map(|i| normals[i]));
+        out.geometry.push_triangle(placed.tag(false), at.map(|i| points[i]), shading);
+        if !data.uvs.is_empty() {
+            out.geometry.texture_triangle(at.map(|i| data.uvs[i]));
+        }
+    }
+}
