@@ -295,7 +295,7 @@ impl Codec for Place {
 }
 
 const SEVERITIES: [Severity; 2] = [Severity::Error, Severity::Warning];
-const CAUSES: [Cause; 3] = [Cause::Input, Cause::Usage, Cause::Io];
+const CAUSES: [Cause; 4] = [Cause::Input, Cause::Usage, Cause::Io, Cause::Interrupted];
 
 /// The place of a word in the list of all.
 fn encode_word<T: PartialEq>(word: &T, all: &[T], to: &mut Encoder) {
@@ -309,7 +309,8 @@ fn decode_word<T: Copy>(all: &[T], from: &mut Decoder) -> Result<T, Malformed> {
 
 impl Codec for Diagnostic {
     fn encode(&self, to: &mut Encoder) {
-        let Diagnostic { severity, cause, message, place, help } = self;
+        // What it is about is for who looks for its place, which the other end has done.
+        let Diagnostic { severity, cause, message, place, help, about: _ } = self;
         encode_word(severity, &SEVERITIES, to);
         encode_word(cause, &CAUSES, to);
         to.put(message);
@@ -323,6 +324,7 @@ impl Codec for Diagnostic {
             message: from.get()?,
             place: from.get()?,
             help: from.get()?,
+            about: None,
         })
     }
 }

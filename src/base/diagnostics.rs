@@ -30,8 +30,10 @@ pub enum Cause {
     Input,
     /// The arguments of the command are wrong.
     Usage,
-    /// Reading or writing a file failed.
+    /// Reading or writing a file failed, or the system has not given what is needed.
     Io,
+    /// The user has interrupted the work.
+    Interrupted,
 }
 
 /// A place in a text file: line and column count from 1, columns in characters.
@@ -84,6 +86,34 @@ fn floor_boundary(text: &str, at: usize) -> usize {
     at
 }
 
+/// The part of a scene that a mistake is in; numbers count in authored order, from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ScenePart {
+    Camera,
+    Render,
+    Material(usize),
+    Entity(usize),
+}
+
+/// What a mistake is about, where its place in a text is not known to whoever finds it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Subject {
+    pub part: ScenePart,
+    /// The component of an entity, by its name in a scene.
+    pub component: Option<&'static str>,
+    pub field: Option<&'static str>,
+}
+
+/// All that a mistake may be about, the likeliest first.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Subjects(pub Vec<Subject>);
+
+impl From<ScenePart> for Subject {
+    fn from(part: ScenePart) -> Self {
+        Subject { part, component: None, field: None }
+    }
+}
+
 /// One mistake or warning, ready to be shown.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
@@ -97,12 +127,21 @@ pub struct Diagnostic {
     pub place: Option<Place>,
     /// What to do about it: the nearest right word, the allowed range, an example.
     pub help: Option<String>,
+    /// What it is about, the likeliest first, until its place is known.
+    pub about: Option<Box<Subjects>>,
 }
 
 impl Diagnostic {
     /// An error of an input, without a place.
     pub fn error(message: impl Into<String>) -> Self {
-        Diagnostic { severity: Severity::Error, cause: Cause::Input, message: message.into(), place: None, help: None }
+        Diagnostic {
+            severity: Severity::Error,
+            cause: Cause::Input,
+            message: message.into(),
+            place: None,
+            help: None,
+            about: None,
+        }
     }
 
     /// A warning about an input, without a place.
@@ -129,6 +168,12 @@ impl Diagnostic {
     /// With a place.
     pub fn at(mut self, place: Place) -> Self {
         self.place = Some(place);
+        self
+    }
+
+    /// Says what it is about, after what was said before.
+    pub fn about(mut self, subject: impl Into<Subject>) -> Self {
+        self.about.get_or_insert_default().0.push(subject.into());
         self
     }
 

@@ -15,11 +15,13 @@ mod render;
 mod scenes;
 mod sheet;
 mod test;
+mod threads;
 
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
 use clap::{Parser, Subcommand};
 
@@ -70,6 +72,13 @@ enum Command {
     Test(test::TestArguments),
     /// Show what a picture or a film says of its making
     Info(pictures::InfoArguments),
+}
+
+impl Command {
+    /// Worker threads that were asked for.
+    fn threads(&self) -> Option<usize> {
+        if let Command::Render(arguments) = self { arguments.threads() } else { None }
+    }
 }
 
 const COMMANDS: [&str; 11] =
@@ -171,7 +180,8 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
             return ExitCode::from(error.exit_code() as u8);
         }
     };
-    let outcome = match parsed.command {
+    let threads = threads::start(parsed.command.threads());
+    let outcome = threads.and_then(|()| match parsed.command {
         Command::Render(arguments) => render::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Plan(arguments) => plan::run(&arguments),
@@ -182,11 +192,18 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         Command::Diff(arguments) => diff::diff(arguments),
         Command::Test(arguments) => test::run(arguments),
         Command::Info(arguments) => pictures::info(arguments),
-    };
+    });
     let exit = outcome.unwrap_or_else(|problems| {
         say(&problems);
         exit_code(&problems)
     });
+    let exit = match LOST_OUTPUT.get().filter(|_| matches!(exit, Exit::Done | Exit::Differences)) {
+        Some(lost) => {
+            say(&lost.clone().into());
+            Exit::Io
+        }
+        None => exit,
+    };
     ExitCode::from(exit as u8)
 }
 
@@ -200,10 +217,12 @@ fn with_default_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
     arguments
 }
 
-/// The worst cause decides: usage, then reading and writing, then the input.
+/// The worst cause decides: an interruption, then usage, then reading and writing, then the input.
 fn exit_code(problems: &Diagnostics) -> Exit {
     let has = |cause| problems.0.iter().any(|d| d.is_error() && d.cause == cause);
-    if has(Cause::Usage) {
+    if has(Cause::Interrupted) {
+        Exit::Interrupted
+    } else if has(Cause::Usage) {
         Exit::Usage
     } else if has(Cause::Io) {
         Exit::Io
@@ -222,7 +241,7 @@ fn say(problems: &Diagnostics) {
         return;
     }
     let mut text = problems.to_string();
-    if progress::stderr_is_terminal() && std::env::var_os("NO_COLOR").is_none() {
+    if progress::is_for_escapes() && std::env::var_os("NO_COLOR").is_none() {
         text = text.replace("error: ", "\x1b[1;31merror:\x1b[0m ").replace("warning: ", "\x1b[1;33mwarning:\x1b[0m ");
     }
     // A closed stderr leaves nobody to tell.
@@ -234,11 +253,19 @@ fn note(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
-/// Writes a result to stdout; a reader that has gone away is no failure.
+/// Writes a result to stdout. A reader that has gone away is no failure; whatever else keeps a result from being written
+/// is one, and ends the command with that code when its work is done.
 fn print(text: &str) {
     let mut out = std::io::stdout().lock();
-    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    if let Err(error) = out.write_all(text.as_bytes()).and_then(|()| out.flush())
+        && error.kind() != std::io::ErrorKind::BrokenPipe
+    {
+        let _ = LOST_OUTPUT.set(Diagnostic::io("the result to standard output", "write", &error));
+    }
 }
+
+/// Why a result could not be written, if one could not.
+static LOST_OUTPUT: OnceLock<Diagnostic> = OnceLock::new();
 
 #[cfg(test)]
 mod tests {
@@ -263,6 +290,7 @@ mod tests {
         let of = |cause| exit_code(&Diagnostic::error("x").because(cause).into());
         assert_eq!(of(Cause::Usage), Exit::Usage);
         assert_eq!(of(Cause::Io), Exit::Io);
+        assert_eq!(of(Cause::Interrupted), Exit::Interrupted);
         assert_eq!(of(Cause::Input), Exit::Input);
     }
 

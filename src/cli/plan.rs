@@ -31,7 +31,7 @@ pub struct PlanArguments {
 }
 
 pub fn run(arguments: &PlanArguments) -> Result<Exit, Diagnostics> {
-    let (shot, mut plan) = render::plan(&arguments.wanted)?;
+    let (shot, mut plan) = render::plan(&arguments.wanted, &*render::on_interrupt()?)?;
     plan.inspect(&shot.source);
     print(&if arguments.json { lines(&plan) } else { table(&plan) });
     let mistakes = plan.summary();

@@ -19,6 +19,11 @@ pub fn stderr_is_terminal() -> bool {
     std::io::stderr().is_terminal()
 }
 
+/// Whether stderr is a terminal that understands more than text.
+pub fn is_for_escapes() -> bool {
+    stderr_is_terminal() && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
+}
+
 /// How far a run of frames has come.
 pub struct Progress {
     mode: Mode,
@@ -39,7 +44,7 @@ const RENEW: Duration = Duration::from_millis(100);
 
 impl Progress {
     pub fn new(mode: Mode, frames: usize) -> Self {
-        let mode = if mode == Mode::Auto && !stderr_is_terminal() { Mode::None } else { mode };
+        let mode = if mode == Mode::Auto && !is_for_escapes() { Mode::None } else { mode };
         let state = ProgressState { current: 0, finished: 0, share: 0.0, shown: None };
         Progress { mode, frames, start: Instant::now(), state: Mutex::new(state) }
     }

@@ -8,7 +8,7 @@ use serde_json::json;
 
 use super::progress::{Mode, Progress};
 use super::{Exit, InputArguments, exit_code, film, frames, print, say, usage};
-use crate::base::diagnostics::{Diagnostic, Diagnostics, suggestion};
+use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, suggestion};
 use crate::base::limits;
 use crate::components::{Accel, Aov, Integrator};
 use crate::output::{FileState, FilmFormat, names};
@@ -71,7 +71,16 @@ impl RenderArguments {
     /// Rendering of frames for something else, which says nothing of single ones.
     pub fn quiet(wanted: FrameArguments, force: bool, progress: Mode) -> Self {
         let reuse_memory = limits::REUSE_MEMORY;
-        RenderArguments { wanted, force, no_reuse: false, reuse_memory, threads: None, stats: None, progress }
+        RenderArguments {
+            wanted,
+            force,
+            overwrite: false,
+            no_reuse: false,
+            reuse_memory,
+            threads: None,
+            stats: None,
+            progress,
+        }
     }
 
     /// A flag that was given and only makes sense where something is rendered.
@@ -129,6 +138,9 @@ pub struct RenderArguments {
     /// Render every frame, whatever is there already
     #[arg(long)]
     force: bool,
+    /// Write over files that are no pictures of this script or scene
+    #[arg(long)]
+    overwrite: bool,
     /// Trace every frame by itself, whatever it shares with others; the pictures are the same
     #[arg(long)]
     no_reuse: bool,
@@ -144,6 +156,12 @@ pub struct RenderArguments {
     /// How progress is shown on stderr
     #[arg(long, value_enum, default_value = "auto")]
     progress: Mode,
+}
+
+impl RenderArguments {
+    pub fn threads(&self) -> Option<usize> {
+        self.threads
+    }
 }
 
 fn choices(names: &[&str]) -> String {
@@ -201,12 +219,16 @@ fn parse_aovs(text: &str) -> Result<Aovs, String> {
 }
 
 /// Opens the input and plans the frames that were asked for, without looking at what is there.
-pub fn plan(arguments: &FrameArguments) -> Result<(Shot, Plan), Diagnostics> {
-    plan_into(arguments, arguments.out.as_deref())
+pub fn plan(arguments: &FrameArguments, cancel: &AtomicBool) -> Result<(Shot, Plan), Diagnostics> {
+    plan_into(arguments, arguments.out.as_deref(), cancel)
 }
 
 /// As [`plan`], with frames that go to another place than `-o` says.
-pub fn plan_into(arguments: &FrameArguments, out: Option<&str>) -> Result<(Shot, Plan), Diagnostics> {
+pub fn plan_into(
+    arguments: &FrameArguments,
+    out: Option<&str>,
+    cancel: &AtomicBool,
+) -> Result<(Shot, Plan), Diagnostics> {
     let options = arguments.input.options(arguments.look.overrides())?;
     let (mut shot, warnings) = shot::open_with(&arguments.input.input, options)?;
     say(&warnings);
@@ -215,8 +237,8 @@ pub fn plan_into(arguments: &FrameArguments, out: Option<&str>) -> Result<(Shot,
         Some(list) => frames::parse(list, count).map_err(usage)?,
         None => (1..=count).collect(),
     };
-    let target = names::resolve(out, &shot.name, shot.is_sequence(), wanted.len()).map_err(usage)?;
-    let mut plan = shot::plan::make(&mut shot, &wanted, target)?;
+    let target = names::resolve(out, &shot.name, shot.is_sequence().then_some(count), wanted.len()).map_err(usage)?;
+    let mut plan = shot::plan::make_until(&mut shot, &wanted, target, cancel)?;
     if let Some([i, n]) = arguments.shard {
         plan.keep_shard(i, n);
     }
@@ -230,19 +252,20 @@ pub fn on_threads<T: Send>(
 ) -> Result<T, Diagnostics> {
     let Some(threads) = threads else { return work() };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|e| Diagnostics::from(Diagnostic::error(format!("cannot start {threads} threads: {e}"))))?
-        .install(work)
+    pool.map_err(|e| {
+        let problem = Diagnostic::error(format!("cannot start {threads} worker threads: {e}"));
+        Diagnostics::from(problem.because(Cause::Io).help("--threads 1 takes the fewest"))
+    })?
+    .install(work)
 }
 
 pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
     if arguments.wanted.out.as_ref().is_some_and(|out| FilmFormat::of_path(Path::new(out)).is_some()) {
         return film::render(&arguments, &film::FilmOptionArguments::default());
     }
-    on_threads(arguments.threads, || {
-        let (mut shot, plan) = plan(&arguments.wanted)?;
-        let cancel = on_interrupt()?;
-        render(&arguments, &mut shot, plan, &cancel, &|_| {})
-    })
+    let cancel = on_interrupt()?;
+    let (mut shot, plan) = plan(&arguments.wanted, &cancel)?;
+    render(&arguments, &mut shot, plan, &cancel, &|_| {})
 }
 
 /// Renders what is not done. `finished` hears of every frame that is whole, those that were there already too, from
@@ -254,8 +277,12 @@ pub fn render(
     cancel: &AtomicBool,
     finished: &(dyn Fn(u32) + Sync),
 ) -> Result<Exit, Diagnostics> {
-    if !arguments.force {
-        plan.inspect(&shot.source);
+    plan.inspect(&shot.source);
+    if !arguments.overwrite {
+        refuse_foreign(&plan)?;
+    }
+    if arguments.force {
+        plan.force();
     }
     say(&plan.summary());
     let policy = ReusePolicy { reuse: !arguments.no_reuse, memory: arguments.reuse_memory };
@@ -289,6 +316,20 @@ pub fn render(
         return Ok(Exit::Interrupted);
     }
     Ok(outcome(&plan, &ending.failed, written + kept))
+}
+
+/// What somebody else has made is not written over unasked.
+fn refuse_foreign(plan: &Plan) -> Result<(), Diagnostics> {
+    let foreign = plan.foreign();
+    let Some(first) = foreign.first() else { return Ok(()) };
+    let others = if foreign.len() > 1 { format!(", and {} more", foreign.len() - 1) } else { String::new() };
+    let entry = plan.manifest.as_ref().and_then(|manifest| manifest.get(first));
+    let whose = match entry.and_then(|entry| entry.input.as_deref()) {
+        Some(input) => format!("is a picture of {input}"),
+        None => "is no picture that anim has made".to_string(),
+    };
+    let problem = Diagnostic::error(format!("{} is there and {whose}{others}", first.display()));
+    Err(problem.because(Cause::Usage).help("name another place with -o, or write over it with --overwrite").into())
 }
 
 /// Some frames failed, or nothing could be done at all.

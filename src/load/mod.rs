@@ -16,13 +16,31 @@ pub mod write;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::base::diagnostics::{Diagnostic, Diagnostics, Severity};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, ScenePart, Severity, Subject};
 use crate::base::project::{Access, FileRole, Folder, Project};
 use crate::base::{files, limits};
 use crate::components::Scene;
 
 /// Endings of the scene files that are read.
 pub const EXTENSIONS: [&str; 3] = ["ron", "nff", "p3f"];
+
+/// Where a scene's text says what a mistake is about; the file as a whole where its form does not tell.
+pub fn place_of(path: &Path, scene: &Scene, subject: Subject) -> Option<Place> {
+    let name = path.to_string_lossy().into_owned();
+    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ron")) {
+        return Some(Place::file(name));
+    }
+    let text = files::read_text(path, limits::SCENE_FILE_BYTES).ok()?;
+    let mut steps = match subject.part {
+        ScenePart::Camera => vec![resolve::key("camera")],
+        ScenePart::Render => vec![resolve::key("render")],
+        ScenePart::Material(index) => vec![resolve::key("materials"), resolve::key(&scene.materials.get(index)?.0)],
+        ScenePart::Entity(index) => vec![resolve::key("entities"), spans::Step::Index(index)],
+    };
+    steps.extend(subject.component.into_iter().chain(subject.field).map(resolve::key));
+    let (start, end) = spans::parse(&text).ok()?.locate(&steps);
+    Some(Place::of_span(name, &text, start, end))
+}
 
 /// Reads a scene in its usual project, as [`load_scene_in`].
 ///

@@ -13,7 +13,6 @@ use serde::{Deserialize, Serialize};
 
 use super::metadata::{Provenance, hex};
 use super::write_atomic;
-use crate::base::diagnostics::Diagnostic;
 use crate::base::digest::Digest;
 use crate::base::{files, limits};
 
@@ -33,12 +32,31 @@ pub struct Entry {
     /// Digest of the file's bytes.
     #[serde(with = "hex")]
     pub checksum: Digest,
+    /// Digest of its pixels, as the file itself says it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pixels: Option<String>,
+    /// The script or scene that it is of, as a path from the project's root: names alone may be those of two.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub input: Option<String>,
+}
+
+impl Entry {
+    /// Whether a file is of another script or scene than this one. A path that ends as the other does is the same: the
+    /// root may have moved up or down.
+    pub fn is_of_another(&self, input: &str) -> bool {
+        self.input.as_deref().is_some_and(|known| {
+            let (known, input) = (Path::new(known), Path::new(input));
+            !known.ends_with(input) && !input.ends_with(known)
+        })
+    }
 }
 
 /// The manifest of one folder, as it was when it was read.
 #[derive(Debug, Default)]
 pub struct Manifest {
     folder: PathBuf,
+    /// The script or scene that files are added for, as a path from the project's root.
+    input: String,
     entries: FxHashMap<String, Entry>,
 }
 
@@ -46,7 +64,7 @@ impl Manifest {
     /// Reads what is there; what cannot be read is as if it were not there.
     ///
     /// A manifest that has grown to many times what it says is written anew.
-    pub fn read(folder: &Path) -> Self {
+    pub fn read(folder: &Path, input: &str) -> Self {
         let path = folder.join(NAME);
         let text = files::read_text(&path, limits::MANIFEST_BYTES).unwrap_or_default();
         let mut entries = FxHashMap::default();
@@ -55,13 +73,18 @@ impl Manifest {
             lines += 1;
             entries.insert(entry.file.clone(), entry);
         }
-        let manifest = Manifest { folder: folder.to_path_buf(), entries };
+        let manifest = Manifest { folder: folder.to_path_buf(), input: input.to_string(), entries };
         let is_torn = !text.is_empty() && !text.ends_with('\n');
         if is_torn || lines > 4 * manifest.entries.len() + 1_000 {
             // Where it cannot be written, the old one still serves.
             let _ = manifest.text().map(|text| write_atomic(&path, text.as_bytes()));
         }
         manifest
+    }
+
+    /// The script or scene that files are added for.
+    pub fn input(&self) -> &str {
+        &self.input
     }
 
     /// The last line about a file.
@@ -73,13 +96,18 @@ impl Manifest {
     ///
     /// # Errors
     /// The manifest cannot be written.
-    pub fn add(&self, file: &Path, provenance: &Provenance, bytes: &[u8]) -> Result<(), Diagnostic> {
+    pub fn add(&self, file: &Path, provenance: &Provenance, bytes: &[u8]) -> std::io::Result<()> {
         let checksum = Digest::of(bytes);
-        let entry = Entry { file: self.key(file), provenance: provenance.clone(), bytes: bytes.len() as u64, checksum };
-        let path = self.folder.join(NAME);
-        let failed = |error: std::io::Error| Diagnostic::io(path.display(), "write", &error);
-        let mut log = OpenOptions::new().append(true).create(true).open(&path).map_err(failed)?;
-        log.write_all(line(&entry).map_err(failed)?.as_bytes()).map_err(failed)
+        let entry = Entry {
+            file: self.key(file),
+            provenance: provenance.clone(),
+            bytes: bytes.len() as u64,
+            checksum,
+            pixels: super::state::pixels_note(bytes),
+            input: Some(self.input.clone()).filter(|input| !input.is_empty()),
+        };
+        let mut log = OpenOptions::new().append(true).create(true).open(self.folder.join(NAME))?;
+        log.write_all(line(&entry)?.as_bytes())
     }
 
     fn key(&self, file: &Path) -> String {
@@ -109,12 +137,12 @@ mod tests {
     fn the_last_line_about_a_file_counts() {
         let folder = tempfile::tempdir().unwrap();
         let file = |frame: u32| folder.path().join(format!("a.{frame}.png"));
-        let manifest = Manifest::read(folder.path());
+        let manifest = Manifest::read(folder.path(), "x/a.rhai");
         assert_eq!(manifest.get(&file(1)), None);
         manifest.add(&file(1), &provenance(1), b"one").unwrap();
         manifest.add(&file(2), &provenance(2), b"two").unwrap();
         manifest.add(&file(1), &provenance(3), b"three").unwrap();
-        let again = Manifest::read(folder.path());
+        let again = Manifest::read(folder.path(), "x/a.rhai");
         let first = again.get(&file(1)).unwrap();
         assert_eq!((first.provenance.frame, first.bytes, first.checksum), (3, 5, Digest::of(b"three")));
         assert_eq!(again.get(&file(2)).unwrap().provenance, provenance(2));
@@ -124,27 +152,40 @@ mod tests {
     fn a_line_that_was_cut_short_spoils_no_other() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(NAME);
-        Manifest::read(folder.path()).add(&folder.path().join("a"), &provenance(1), b"x").unwrap();
+        Manifest::read(folder.path(), "x/a.rhai").add(&folder.path().join("a"), &provenance(1), b"x").unwrap();
         let whole = std::fs::read(&path).unwrap();
         for cut in 0..whole.len() {
             std::fs::write(&path, [&whole[..], &whole[..cut]].concat()).unwrap();
-            Manifest::read(folder.path()).add(&folder.path().join("b"), &provenance(2), b"y").unwrap();
-            let read = Manifest::read(folder.path());
+            Manifest::read(folder.path(), "x/a.rhai").add(&folder.path().join("b"), &provenance(2), b"y").unwrap();
+            let read = Manifest::read(folder.path(), "x/a.rhai");
             assert!(read.get(&folder.path().join("a")).is_some() && read.get(&folder.path().join("b")).is_some());
         }
         std::fs::write(&path, b"\xff\x00 nonsense\n{}\n").unwrap();
-        assert!(Manifest::read(folder.path()).entries.is_empty());
+        assert!(Manifest::read(folder.path(), "x/a.rhai").entries.is_empty());
     }
 
     #[test]
     fn a_manifest_does_not_grow_for_ever() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(NAME);
-        let manifest = Manifest::read(folder.path());
+        let manifest = Manifest::read(folder.path(), "x/a.rhai");
         manifest.add(&folder.path().join("a"), &provenance(1), b"x").unwrap();
         let one = std::fs::read_to_string(&path).unwrap();
         std::fs::write(&path, one.repeat(2_000)).unwrap();
-        assert!(Manifest::read(folder.path()).get(&folder.path().join("a")).is_some());
+        assert!(Manifest::read(folder.path(), "x/a.rhai").get(&folder.path().join("a")).is_some());
         assert_eq!(std::fs::read_to_string(&path).unwrap(), one);
+    }
+
+    #[test]
+    fn two_scripts_of_one_name_are_told_apart() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.0001.png");
+        Manifest::read(folder.path(), "x/a.rhai").add(&file, &provenance(1), b"one").unwrap();
+        let manifest = Manifest::read(folder.path(), "y/a.rhai");
+        let entry = manifest.get(&file).unwrap();
+        assert!(entry.is_of_another("y/a.rhai") && entry.is_of_another("y/x.rhai"));
+        for same in ["x/a.rhai", "a.rhai", "root/x/a.rhai"] {
+            assert!(!entry.is_of_another(same), "{same}");
+        }
     }
 }

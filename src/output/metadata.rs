@@ -37,6 +37,23 @@ pub(super) mod hex {
 
 /// The keyword of the frame's hash.
 pub(super) const HASH: &str = "Hash";
+/// The keyword of the digest of the picture's pixels: a frame's file says what it shows, so that what another tool has
+/// changed is known from what it has only packed otherwise.
+pub(super) const PIXELS: &str = "Pixels";
+
+/// The text under a keyword.
+pub(super) fn text_under<'a>(metadata: &'a Metadata, keyword: &str) -> Option<&'a str> {
+    metadata.iter().find(|(known, _)| known == keyword).map(|(_, text)| text.as_str())
+}
+
+/// The metadata with the digest of the pixels, of the file of a frame; others need not say what they show.
+pub(super) fn with_pixels(metadata: &Metadata, digest: impl FnOnce() -> Digest) -> Metadata {
+    let mut metadata = metadata.clone();
+    if text_under(&metadata, HASH).is_some() {
+        metadata.push(entry(PIXELS, digest().to_string()));
+    }
+    metadata
+}
 
 fn entry(keyword: &str, text: impl Into<String>) -> (String, String) {
     (keyword.to_string(), text.into())

@@ -37,12 +37,21 @@ use crate::base::diagnostics::Diagnostic;
 /// Names of files that are not whole yet start so.
 const TEMPORARY: &str = ".anim-tmp-";
 
+/// Why a file was not written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WriteFailure {
+    /// It names the file and the system's reason.
+    pub problem: Box<Diagnostic>,
+    /// No other file can be written there either, as on a full disk.
+    pub is_general: bool,
+}
+
 /// Writes a file under a temporary name beside it and renames it; folders above it are made.
 ///
 /// # Errors
 /// A diagnostic that names the file and the system's reason; nothing is left behind.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
-    write_after(path, bytes, || Ok(()))
+    write_after(path, bytes, || Ok(())).map_err(|failure| *failure.problem)
 }
 
 /// As [`write_atomic`]; calls `before` when the bytes are on disk, just before they get their name.
@@ -52,16 +61,23 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
 pub fn write_after(
     path: &Path,
     bytes: &[u8],
-    before: impl FnOnce() -> Result<(), Diagnostic>,
-) -> Result<(), Diagnostic> {
-    let failed = |error: std::io::Error| Diagnostic::io(path.display(), "write", &error);
+    before: impl FnOnce() -> std::io::Result<()>,
+) -> Result<(), WriteFailure> {
+    use std::io::ErrorKind as K;
+    let failed = |is_general: bool| {
+        move |error: std::io::Error| WriteFailure {
+            is_general: is_general || matches!(error.kind(), K::StorageFull | K::QuotaExceeded | K::ReadOnlyFilesystem),
+            problem: Diagnostic::io(path.display(), "write", &error).into(),
+        }
+    };
     let folder = folder_of(path);
-    std::fs::create_dir_all(folder).map_err(failed)?;
-    let mut file = held_in(folder).map_err(failed)?;
-    file.write_all(bytes).map_err(failed)?;
-    open_to_all(&file).map_err(failed)?;
-    before()?;
-    file.persist(path).map_err(|e| failed(e.error))?;
+    std::fs::create_dir_all(folder).map_err(failed(false))?;
+    let mut file = held_in(folder).map_err(failed(true))?;
+    // Errors of the file itself: those of the wrapper name the temporary one, which nobody knows.
+    file.as_file_mut().write_all(bytes).map_err(failed(false))?;
+    open_to_all(&file).map_err(failed(false))?;
+    before().map_err(failed(true))?;
+    file.persist(path).map_err(|e| failed(false)(e.error))?;
     Ok(())
 }
 

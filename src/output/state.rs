@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::format::Format;
 use super::manifest::Entry;
-use super::metadata::{HASH, Metadata, Provenance, provenance_metadata};
+use super::metadata::{HASH, Metadata, PIXELS, Provenance, provenance_metadata, text_under};
 use crate::base::digest::Digest;
 use crate::base::{files, limits};
 
@@ -43,22 +43,39 @@ impl FileState {
 pub fn relabelled(bytes: &[u8], provenance: &Provenance) -> Option<Vec<u8>> {
     let format = Format::of_bytes(bytes)?;
     let metadata = (format.checked_metadata)(bytes)?;
-    let is_same = hash_of(&metadata) == Some(&provenance.hash.to_string());
-    is_same.then(|| (format.relabel)(bytes, &metadata, &provenance_metadata(provenance)))?
+    let is_same = hash_of(&metadata) == Some(provenance.hash.to_string().as_str());
+    let is_untouched = text_under(&metadata, PIXELS).is_some_and(|said| pixels_of(bytes).as_deref() == Some(said));
+    (is_same && is_untouched).then(|| (format.relabel)(bytes, &metadata, &provenance_metadata(provenance)))?
 }
 
-fn hash_of(metadata: &Metadata) -> Option<&String> {
-    metadata.iter().find(|(keyword, _)| keyword == HASH).map(|(_, text)| text)
+fn hash_of(metadata: &Metadata) -> Option<&str> {
+    text_under(metadata, HASH)
+}
+
+/// What a file says of its pixels, without a look at them.
+pub(super) fn pixels_note(bytes: &[u8]) -> Option<String> {
+    let header = (Format::of_bytes(bytes)?.read_header)(bytes).ok()?;
+    text_under(&header.metadata, PIXELS).map(str::to_string)
+}
+
+/// The digest of a file's pixels as they are.
+fn pixels_of(bytes: &[u8]) -> Option<String> {
+    (Format::of_bytes(bytes)?.pixels)(bytes).map(|digest| digest.to_string())
 }
 
 /// Looks at all bytes of the file: time stamps are not trusted.
 ///
-/// The manifest's word for them is enough; without it the picture itself must be whole and say what it is.
-pub fn inspect(path: &Path, known: Option<&Entry>, wanted: &Provenance) -> FileState {
+/// The manifest's word for them is enough. Without it the picture itself must be whole and say what it is, and its pixels
+/// must be those that it speaks of: other tools change pictures and leave their notes as they were. So a picture that was
+/// packed more tightly is as good as before, and one that was painted over is not.
+pub fn inspect(path: &Path, known: Option<&Entry>, wanted: &Provenance, input: &str) -> FileState {
     if std::fs::metadata(path).is_err_and(|e| e.kind() == ErrorKind::NotFound) {
         return FileState::Missing;
     }
     let Ok(bytes) = files::read_bytes(path, limits::FRAME_FILE_BYTES) else { return FileState::Foreign };
+    if known.is_some_and(|entry| entry.is_of_another(input)) {
+        return FileState::Foreign;
+    }
     let as_known = |entry: &&Entry| entry.bytes == bytes.len() as u64 && entry.checksum == Digest::of(&bytes);
     let recorded = known.filter(as_known);
     if let Some(entry) = recorded {
@@ -66,7 +83,12 @@ pub fn inspect(path: &Path, known: Option<&Entry>, wanted: &Provenance) -> FileS
     }
     let format = Format::of_bytes(&bytes);
     match format.and_then(|format| (format.checked_metadata)(&bytes)) {
-        Some(metadata) if metadata.starts_with(&provenance_metadata(wanted)) => FileState::Done,
+        Some(metadata) if metadata.starts_with(&provenance_metadata(wanted)) => {
+            let said = text_under(&metadata, PIXELS);
+            let contradicts = known.is_some_and(|entry| entry.provenance == *wanted && entry.pixels.as_deref() != said);
+            let is_untouched = said.is_some() && !contradicts && pixels_of(&bytes).as_deref() == said;
+            if is_untouched { FileState::Done } else { FileState::Stale }
+        }
         Some(metadata) if hash_of(&metadata).is_some() => FileState::Stale,
         Some(_) => FileState::Foreign,
         None if known.is_some() || format.is_some_and(|format| (format.read_header)(&bytes).is_ok()) => {
@@ -95,12 +117,14 @@ mod tests {
             provenance: provenance.clone(),
             bytes: bytes.len() as u64,
             checksum: Digest::of(&bytes),
+            pixels: pixels_note(&bytes),
+            input: Some("x/a.rhai".into()),
         };
         let looks = |bytes: &[u8], known: Option<&Entry>| {
             std::fs::write(&path, bytes).unwrap();
-            inspect(&path, known, &provenance)
+            inspect(&path, known, &provenance, "a.rhai")
         };
-        assert_eq!(inspect(&path, Some(&entry), &provenance), FileState::Missing);
+        assert_eq!(inspect(&path, Some(&entry), &provenance, "a.rhai"), FileState::Missing);
         for known in [None, Some(&entry)] {
             assert_eq!(looks(&bytes, known), FileState::Done);
             for at in 0..bytes.len() {
@@ -122,7 +146,7 @@ mod tests {
         assert_eq!(looks(&plain, None), FileState::Foreign);
         std::fs::remove_file(&path).unwrap();
         std::fs::create_dir(&path).unwrap();
-        assert_eq!(inspect(&path, None, &provenance), FileState::Foreign);
+        assert_eq!(inspect(&path, None, &provenance, "a.rhai"), FileState::Foreign);
     }
 
     #[test]
@@ -135,7 +159,7 @@ mod tests {
         let bytes = (EXR.encode)(&film, &Render::default(), &provenance_metadata(&provenance)).unwrap();
         let looks = |bytes: &[u8]| {
             std::fs::write(&path, bytes).unwrap();
-            inspect(&path, None, &provenance)
+            inspect(&path, None, &provenance, "a.rhai")
         };
         assert_eq!(looks(&bytes), FileState::Done);
         for at in (bytes.len() / 2..bytes.len()).step_by(97) {

@@ -15,6 +15,11 @@ pub fn register(engine: &mut Engine) {
     engine
         .register_get("name", |function: &mut FnPtr| name(function))
         .register_fn("name", |function: &mut FnPtr| name(function));
+    // What lists all functions of a script lists closures with their names.
+    engine
+        .register_fn("get_fn_metadata_list", no_list)
+        .register_fn("get_fn_metadata_list", |_: &str| no_list())
+        .register_fn("get_fn_metadata_list", |_: &str, _: i64| no_list());
     for word in ["to_string", "to_debug", "print", "debug"] {
         engine.register_fn(word, |function: &mut FnPtr| format!("Fn({})", name(function)));
     }
@@ -24,4 +29,8 @@ pub fn register(engine: &mut Engine) {
         .register_fn("get_fn_metadata_list", list)
         .register_fn("get_fn_metadata_list", move |_: &str| list())
         .register_fn("get_fn_metadata_list", move |_: &str, _: i64| list());
+}
+
+fn no_list() -> Fallible<()> {
+    complain("a script cannot list its functions", None)
 }

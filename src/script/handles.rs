@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 
 use super::convert::{describe, number, to_dynamic, to_value};
 use super::errors::{Fallible, complain};
-use super::overlay::Overlay;
+use super::overlay::{Marks, Overlay};
 use super::random::Generator;
 use crate::base::diagnostics::suggestion;
 use crate::base::limits;
@@ -65,6 +65,15 @@ impl SceneHandle {
         self.overlay.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Notes from now on when parts of the scene are written to.
+    pub fn keep_marks(&self) {
+        self.lock().keep_marks();
+    }
+
+    pub fn take_marks(&self) -> Marks {
+        self.lock().take_marks()
+    }
+
     /// What the script has changed.
     pub fn into_edits(self) -> Vec<Edit> {
         self.lock().take_edits()
@@ -89,10 +98,7 @@ impl SceneHandle {
                 drop(overlay);
                 Ok(self.entity(index))
             }
-            None => {
-                let names = overlay.names();
-                complain(format!("there is no entity `{name}`"), suggestion(name, names.iter().map(|n| &**n)))
-            }
+            None => unknown_entity(&overlay, name),
         }
     }
 
@@ -273,6 +279,13 @@ fn known_entity(overlay: &Overlay, name: &str) -> Fallible<()> {
     if overlay.find(name).is_some() {
         return Ok(());
     }
+    unknown_entity(overlay, name)
+}
+
+fn unknown_entity<T>(overlay: &Overlay, name: &str) -> Fallible<T> {
+    if overlay.was_removed(name) {
+        return complain(format!("entity `{name}` was removed"), None);
+    }
     let names = overlay.names();
     complain(format!("there is no entity `{name}`"), suggestion(name, names.iter().map(|n| &**n)))
 }
@@ -290,14 +303,11 @@ impl EntityHandle {
     }
 
     fn alive(&self) -> Fallible<()> {
-        match self.scene.lock().is_gone(self.index) {
-            true => complain(format!("{} was removed", self.label_of_gone()), None),
+        let is_gone = self.scene.lock().is_gone(self.index);
+        match is_gone {
+            true => complain(format!("{} was removed", self.label()), None),
             false => Ok(()),
         }
-    }
-
-    fn label_of_gone(&self) -> String {
-        format!("entity {}", self.index + 1)
     }
 
     fn transform(&self) -> Transform {

@@ -12,10 +12,20 @@ use super::modules::{ModuleGraph, ModuleLoader};
 use super::overlay::{NameIndex, Overlay};
 use super::time::{self, Header};
 use super::{Moment, errors, sandbox};
-use crate::base::diagnostics::{Diagnostic, Diagnostics, Place};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, ScenePart};
 use crate::base::project::{FileRole, Project};
 use crate::base::{files, limits, random as hash, text as look_alikes};
 use crate::components::{Edit, Scene};
+
+/// How a function of a script is run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mode {
+    Called,
+    /// As a text of its own, so that places are not lost.
+    Unwrapped,
+    /// The same, noting when parts of the scene are written to.
+    Marking,
+}
 
 pub struct Interpreter {
     engine: Engine,
@@ -98,7 +108,8 @@ impl Interpreter {
     /// # Errors
     /// Mistakes of the script, with their places and the frame.
     pub fn call(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Result<Vec<Edit>, Diagnostics> {
-        let (outcome, handle) = self.run(scene, time, sandbox::is_probing());
+        let (outcome, handle) =
+            self.run(scene, time, if sandbox::is_probing() { Mode::Unwrapped } else { Mode::Called });
         let error = match outcome {
             Ok(()) => return Ok(handle.into_edits()),
             Err(error) => error,
@@ -109,9 +120,26 @@ impl Interpreter {
         Err(self.sources.diagnose(*error, Call { frame: time.map(|(number, _)| number), function, place }))
     }
 
+    /// Where a call has written to a part of the scene last: the component of an entity, if one is named.
+    pub fn place_of(
+        &self,
+        scene: &Arc<Scene>,
+        time: Option<Moment>,
+        part: ScenePart,
+        component: Option<&'static str>,
+    ) -> Option<Place> {
+        let (_, handle) = self.run(scene, time, Mode::Marking);
+        let step = *handle.take_marks().get(&(part, component))?;
+        sandbox::set_probe(sandbox::Probe { stop_at: Some(step), report: None });
+        let (outcome, _) = self.run(scene, time, Mode::Unwrapped);
+        sandbox::set_probe(sandbox::Probe::default());
+        let at = outcome.err().map(|error| errors::position(&error)).filter(|at| !at.is_none())?;
+        Some(self.sources.main().place(at))
+    }
+
     /// Runs a function: called, or as a text of its own, which loses no places but is another thing in corners of the
     /// language.
-    fn run(&self, scene: &Arc<Scene>, time: Option<Moment>, unwrapped: bool) -> (Fallible<()>, SceneHandle) {
+    fn run(&self, scene: &Arc<Scene>, time: Option<Moment>, mode: Mode) -> (Fallible<()>, SceneHandle) {
         let number = time.map_or(0, |(number, _)| number);
         let seed = hash::hash_words([self.header.seed, u64::from(number)]);
         let handle = SceneHandle::new(
@@ -119,6 +147,9 @@ impl Interpreter {
             seed,
             time.map_or(0.0, |(_, offset)| offset),
         );
+        if mode == Mode::Marking {
+            handle.keep_marks();
+        }
         let mut scope = Scope::new();
         for (name, value) in &self.constants {
             scope.push_constant_dynamic(name.as_str(), value.clone());
@@ -129,7 +160,7 @@ impl Interpreter {
         let function = if time.is_some() { "frame" } else { "setup" };
         sandbox::start_call();
         let outcome = sandbox::guarded(|| match frame {
-            _ if unwrapped => self.run_body(function, scope, [Some(scene), frame]),
+            _ if mode != Mode::Called => self.run_body(function, scope, [Some(scene), frame]),
             None => self.call_function(function, &mut scope, &handle, (scene,)),
             Some(frame) => self.call_function(function, &mut scope, &handle, (scene, frame)),
         });
@@ -177,7 +208,7 @@ impl Interpreter {
             return None;
         }
         sandbox::set_probe(sandbox::Probe { stop_at: Some(sandbox::steps()), report: None });
-        let (outcome, _) = self.run(scene, time, true);
+        let (outcome, _) = self.run(scene, time, Mode::Unwrapped);
         sandbox::set_probe(sandbox::Probe::default());
         outcome.err().map(|error| errors::position(&error))
     }

@@ -55,7 +55,7 @@ mod vector;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, nearest};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, Subject, nearest};
 use crate::base::files;
 use crate::base::project::{FileRole, Folder, Project};
 use crate::components::{Edit, Scene};
@@ -189,6 +189,23 @@ impl Program {
     /// Mistakes of the script, with their places and the frame.
     pub fn frame(&self, rest: &Arc<Scene>, number: u32, offset: f64) -> Result<Vec<Edit>, Diagnostics> {
         self.call(rest, Some((number, offset)))
+    }
+
+    /// Where `setup`, or `frame` at a moment, writes to what a mistake is about.
+    pub fn place_of(&self, scene: &Arc<Scene>, time: Option<Moment>, subject: Subject) -> Option<Place> {
+        let of = |component| {
+            let subject = Subject { component, ..subject };
+            match &self.evaluator {
+                Evaluator::Here(interpreter) => interpreter.place_of(scene, time, subject.part, subject.component),
+                Evaluator::Hosted(pool) => pool.place_of(scene, time, subject),
+            }
+        };
+        subject.component.and_then(|component| of(Some(component))).or_else(|| of(None))
+    }
+
+    /// The script as a whole.
+    pub fn place(&self) -> Place {
+        Place::file(self.place_of_scene.file.clone())
     }
 
     fn call(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Result<Vec<Edit>, Diagnostics> {

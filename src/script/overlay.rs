@@ -8,6 +8,8 @@ use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
+use super::sandbox;
+use crate::base::diagnostics::ScenePart;
 use crate::components::*;
 
 /// Names of a scene.
@@ -40,7 +42,12 @@ pub struct Overlay {
     spawned: Vec<EntityDesc>,
     spawned_names: FxHashMap<Text, usize>,
     gone: BTreeSet<usize>,
+    /// The step at which each part of the scene was written to last, if that is asked for.
+    marks: Option<Marks>,
 }
+
+/// Steps by the part of the scene and, of an entity, the component.
+pub type Marks = FxHashMap<(ScenePart, Option<&'static str>), u64>;
 
 impl Overlay {
     pub fn new(rest: Arc<Scene>, index: Arc<NameIndex>) -> Self {
@@ -56,6 +63,26 @@ impl Overlay {
             spawned: Vec::new(),
             spawned_names: FxHashMap::default(),
             gone: BTreeSet::new(),
+            marks: None,
+        }
+    }
+
+    /// Notes from now on when parts are written to.
+    pub fn keep_marks(&mut self) {
+        self.marks = Some(Marks::default());
+    }
+
+    pub fn take_marks(&mut self) -> Marks {
+        self.marks.take().unwrap_or_default()
+    }
+
+    fn mark(&mut self, part: ScenePart, component: Option<Kind>) {
+        if let Some(marks) = &mut self.marks {
+            let step = sandbox::steps();
+            marks.insert((part, None), step);
+            if let Some(kind) = component {
+                marks.insert((part, Some(kind.name())), step);
+            }
         }
     }
 
@@ -64,6 +91,7 @@ impl Overlay {
     }
 
     pub fn set_camera(&mut self, camera: Camera) {
+        self.mark(ScenePart::Camera, None);
         self.camera = Some(camera);
     }
 
@@ -72,6 +100,7 @@ impl Overlay {
     }
 
     pub fn set_render(&mut self, render: Render) {
+        self.mark(ScenePart::Render, None);
         self.render = Some(render);
     }
 
@@ -93,6 +122,7 @@ impl Overlay {
     }
 
     pub fn set_material(&mut self, index: usize, material: Material) {
+        self.mark(ScenePart::Material(index), None);
         match index.checked_sub(self.rest.materials.len()) {
             Some(new) => self.new_materials[new].1 = material,
             None => drop(self.materials.insert(index, material)),
@@ -109,8 +139,16 @@ impl Overlay {
         found.filter(|index| !self.gone.contains(index))
     }
 
+    /// Names of the entities that are there.
     pub fn names(&self) -> Vec<Text> {
-        self.index.entities.keys().chain(self.spawned_names.keys()).cloned().collect()
+        let all = self.index.entities.iter().chain(&self.spawned_names);
+        all.filter(|(_, index)| !self.gone.contains(index)).map(|(name, _)| name.clone()).collect()
+    }
+
+    /// Whether an entity of this name was there and was removed.
+    pub fn was_removed(&self, name: &str) -> bool {
+        let found = self.spawned_names.get(name).or_else(|| self.index.entities.get(name));
+        found.is_some_and(|index| self.gone.contains(index))
     }
 
     /// Entities that are there, in authored order.
@@ -149,6 +187,7 @@ impl Overlay {
     }
 
     pub fn set_tags(&mut self, entity: usize, tags: Vec<Text>) {
+        self.mark(ScenePart::Entity(entity), None);
         match entity.checked_sub(self.rest.entities.len()) {
             Some(new) => self.spawned[new].tags = tags,
             None => drop(self.tags.insert(entity, tags)),
@@ -163,6 +202,7 @@ impl Overlay {
     }
 
     pub fn put(&mut self, entity: usize, component: Component) {
+        self.mark(ScenePart::Entity(entity), Some(component.kind()));
         match entity.checked_sub(self.rest.entities.len()) {
             Some(new) => self.spawned[new].put(component),
             None => drop(self.components.insert((entity, component.kind()), Some(component))),
@@ -170,6 +210,7 @@ impl Overlay {
     }
 
     pub fn take(&mut self, entity: usize, kind: Kind) {
+        self.mark(ScenePart::Entity(entity), Some(kind));
         match entity.checked_sub(self.rest.entities.len()) {
             Some(new) => drop(self.spawned[new].take(kind)),
             None => drop(self.components.insert((entity, kind), None)),
@@ -182,10 +223,12 @@ impl Overlay {
             self.spawned_names.insert(name.clone(), index);
         }
         self.spawned.push(desc);
+        self.mark(ScenePart::Entity(index), None);
         index
     }
 
     pub fn despawn(&mut self, entity: usize) {
+        self.mark(ScenePart::Entity(entity), None);
         self.gone.insert(entity);
     }
 

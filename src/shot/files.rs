@@ -16,10 +16,10 @@ pub fn load_images(stage: &mut Stage) -> Result<(), Diagnostics> {
         let named = systems::named_images(stage);
         stage.files_mut().images.0.retain(|key, _| named.contains(key));
     }
-    for FileRequest { file, decoded, owner } in missing {
+    for FileRequest { file, decoded, owner, subject } in missing {
         let base = stage.base().clone();
         let loaded = image::fetch(&mut stage.files_mut().images, &base, &file, decoded);
-        loaded.map_err(|e| Diagnostic { message: format!("{owner}: {}", e.message), ..e })?;
+        loaded.map_err(|e| Diagnostic { message: format!("{owner}: {}", e.message), ..e }.about(subject))?;
     }
     Ok(())
 }
@@ -30,9 +30,10 @@ pub fn load_images(stage: &mut Stage) -> Result<(), Diagnostics> {
 /// A file that cannot be read.
 pub fn load_all(stage: &mut Stage) -> Result<(), Diagnostics> {
     load_images(stage)?;
-    let Some(FileRequest { file, decoded, .. }) = systems::missing_environment(stage) else { return Ok(()) };
+    let Some(FileRequest { file, decoded, subject, .. }) = systems::missing_environment(stage) else { return Ok(()) };
     let base = stage.base().clone();
-    let source = image::read_surroundings(&mut stage.files_mut().images, &base, &file, decoded)?;
+    let source = image::read_surroundings(&mut stage.files_mut().images, &base, &file, decoded);
+    let source = source.map_err(|e| e.about(subject))?;
     stage.files_mut().environment = Some(((file, decoded), source));
     Ok(())
 }

@@ -25,7 +25,7 @@ use assets::Assets;
 use fingerprint::{BaseFingerprint, Fingerprint};
 pub use shutter::Slice;
 
-use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart};
 use crate::base::project::{Access, FileRole, Folder, Project};
 use crate::base::rate::Rate;
 use crate::components::{Accel, Aov, Edit, Integrator, Render, Scene};
@@ -98,6 +98,7 @@ pub struct Shot {
     /// The World, as `setup` left it.
     pub stage: Stage,
     input: Input,
+    path: PathBuf,
     project: Arc<Project>,
 }
 
@@ -109,6 +110,9 @@ struct Input {
     overrides: Overrides,
     /// Files of meshes that the script chooses.
     meshes: MeshFiles,
+    scene_file: Option<(PathBuf, Arc<Project>)>,
+    /// Entities have the numbers that they have in the scene's text: `setup` has removed none.
+    entities_as_written: bool,
 }
 
 /// Opens a script or a scene as [`open_with`], in its usual project and in this process.
@@ -130,6 +134,7 @@ pub fn open(
 /// Every mistake in the input, each with its place.
 pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostics), Diagnostics> {
     let OpenOptions { defines, strict, overrides, access, evaluation } = options;
+    let path = input.to_path_buf();
     let project = Project::of(input, &access)?;
     let name = input.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let source = input.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -144,12 +149,15 @@ pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostic
         let base = BaseFingerprint::new(scene.clone(), Assets::new(scene.base.clone())).without_entities();
         let settings = scene.render.clone();
         let stage = systems::spawn(Arc::unwrap_or_clone(scene))?;
-        let input = Input { program: None, base, settings, overrides, meshes: MeshFiles::default() };
-        return Ok((Shot { name, source, stage, input, project }, warnings));
+        let scene_file = Some((path.clone(), project.clone()));
+        let (meshes, entities_as_written) = (MeshFiles::default(), true);
+        let input = Input { program: None, base, settings, overrides, meshes, scene_file, entities_as_written };
+        return Ok((Shot { name, source, stage, input, path, project }, warnings));
     }
     let program = Program::open(input, &defines, &project, &evaluation)?;
-    let (scene, warnings) = match program.scene_path()? {
-        Some((path, project)) => load::load_scene_in(&path, strict, &project)?,
+    let scene_file = program.scene_path()?;
+    let (scene, warnings) = match &scene_file {
+        Some((path, project)) => load::load_scene_in(path, strict, project)?,
         None => {
             let base = Folder::around(input, project.clone());
             (Scene { base, ..Scene::default() }, Diagnostics::default())
@@ -158,17 +166,30 @@ pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostic
     let scene = Arc::new(scene);
     let meshes = MeshFiles::default();
     let edits = meshes.complete(&scene, program.setup(&scene)?)?;
-    let mut stage = systems::spawn(Arc::unwrap_or_clone(scene))?;
-    systems::animate(&mut stage, edits)?;
+    let mut stage = systems::spawn(Scene::clone(&scene))?;
+    systems::animate(&mut stage, edits).map_err(|problems| in_setup(&program, &scene, problems))?;
+    drop(scene);
     let rest = Arc::new(systems::collect(&stage));
-    if rest.entities.len() != stage.entity_count() {
+    let entities_as_written = rest.entities.len() == stage.entity_count();
+    if !entities_as_written {
         // What setup removed leaves no gap in the numbers that frames count by.
         stage = systems::spawn(Scene::clone(&rest))?;
     }
     let settings = rest.render.clone();
     let base = BaseFingerprint::new(rest.clone(), Assets::new(rest.base.clone()));
-    let input = Input { program: Some((program, rest)), base, settings, overrides, meshes };
-    Ok((Shot { name, source, stage, input, project }, warnings))
+    let program = Some((program, rest));
+    let input = Input { program, base, settings, overrides, meshes, scene_file, entities_as_written };
+    Ok((Shot { name, source, stage, input, path, project }, warnings))
+}
+
+/// Mistakes that what `setup` has built has, with the places where it did.
+fn in_setup(program: &Program, scene: &Arc<Scene>, mut problems: Diagnostics) -> Diagnostics {
+    for problem in problems.0.iter_mut().filter(|problem| problem.place.is_none()) {
+        let subjects = problem.about.take().unwrap_or_default();
+        let place = subjects.0.iter().find_map(|subject| program.place_of(scene, None, *subject));
+        problem.place = Some(place.unwrap_or_else(|| program.place()));
+    }
+    problems
 }
 
 impl Input {
@@ -218,10 +239,35 @@ impl Input {
     }
 
     fn in_frame(&self, frame: u32, mut problems: Diagnostics) -> Diagnostics {
-        for problem in problems.0.iter_mut().filter(|_| self.program.is_some()) {
-            problem.message = format!("in frame {frame}: {}", problem.message);
+        for problem in &mut problems.0 {
+            self.find_place(problem, frame);
+            if self.program.is_some() {
+                problem.message = format!("in frame {frame}: {}", problem.message);
+            }
         }
         problems
+    }
+
+    /// A mistake that the World has is of what the frame's script wrote last, or else of what the scene says.
+    fn find_place(&self, problem: &mut Diagnostic, frame: u32) {
+        let Some(subjects) = problem.about.take().filter(|_| problem.place.is_none()) else { return };
+        let subjects = subjects.0;
+        let by_script = self.program.as_ref().and_then(|(program, rest)| {
+            subjects.iter().find_map(|subject| program.place_of(rest, Some((frame, 0.0)), *subject))
+        });
+        let by_scene = || {
+            let (path, project) = self.scene_file.as_ref()?;
+            let (scene, _) = load::load_scene_in(path, false, project).ok()?;
+            let is_as_written = |part| match part {
+                ScenePart::Entity(index) => self.entities_as_written && index < scene.entities.len(),
+                ScenePart::Material(index) => index < scene.materials.len(),
+                ScenePart::Camera | ScenePart::Render => true,
+            };
+            let subject = subjects.iter().find(|subject| is_as_written(subject.part))?;
+            load::place_of(path, &scene, *subject)
+        };
+        let by_name = || self.program.as_ref().map(|(program, _)| program.place());
+        problem.place = by_script.or_else(by_scene).or_else(by_name);
     }
 
     /// A frame as data, of which nobody says that it can be rendered; `None` if its script is wrong.
@@ -267,6 +313,11 @@ impl Shot {
     /// looked for and are not there are among them: should one appear, the shot may be another.
     pub fn files(&self) -> Vec<(PathBuf, FileRole)> {
         self.project.files()
+    }
+
+    /// The input's path as seen from the project's root: what tells apart two of one name.
+    pub fn input_path(&self) -> String {
+        self.project.shown(&self.path).to_string_lossy().replace('\\', "/")
     }
 
     /// The project that the shot belongs to.

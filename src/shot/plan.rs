@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
@@ -10,7 +11,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::Shot;
 use super::fingerprint::{Fingerprint, FramePart};
 use super::reuse::light_mix::{self, LightMix, LightMixes};
-use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::base::digest::Digest;
 use crate::components::Scene;
 use crate::output::manifest::Manifest;
@@ -95,11 +96,16 @@ pub struct Plan {
     pub manifest: Option<Manifest>,
 }
 
+fn interrupted() -> Diagnostics {
+    let message = "interrupted while the frames were evaluated; nothing is written";
+    Diagnostic::error(message).because(Cause::Interrupted).into()
+}
+
 /// So many frames, spread over the sequence, are tried before the others.
 const TRIED: usize = 8;
 /// When all that were tried are wrong, and all the others would take longer than this at their pace, the others are not
 /// waited for: they are as endless, most likely.
-const PATIENCE: Duration = Duration::from_secs(20);
+const PATIENCE: Duration = Duration::from_secs(5);
 /// Entities that may be held once more for each further thread.
 const COPIED_ENTITIES: usize = 1_000_000;
 
@@ -108,8 +114,23 @@ const COPIED_ENTITIES: usize = 1_000_000;
 /// # Errors
 /// The mistakes of the first frame, if all frames have some.
 pub fn make(shot: &mut Shot, wanted: &[u32], target: Target) -> Result<Plan, Diagnostics> {
-    let fingerprints = evaluate(shot, wanted, Some(&target))?;
-    let light_mixes = light_mixes_of(shot, wanted, &fingerprints);
+    make_until(shot, wanted, target, &AtomicBool::new(false))
+}
+
+/// As [`make`], until `cancel` is raised.
+///
+/// # Errors
+/// As [`make`]; the interruption.
+pub fn make_until(shot: &mut Shot, wanted: &[u32], target: Target, cancel: &AtomicBool) -> Result<Plan, Diagnostics> {
+    let fingerprints = evaluate(shot, wanted, Some(&target), cancel);
+    if cancel.load(Ordering::Relaxed) {
+        return Err(interrupted());
+    }
+    let fingerprints = fingerprints?;
+    let light_mixes = light_mixes_of(shot, wanted, &fingerprints, cancel);
+    if cancel.load(Ordering::Relaxed) {
+        return Err(interrupted());
+    }
     let mut before = None;
     let mut frames: Vec<PlannedFrame> = Vec::with_capacity(wanted.len());
     for (frame, fingerprint) in wanted.iter().zip(fingerprints) {
@@ -136,7 +157,8 @@ pub fn make(shot: &mut Shot, wanted: &[u32], target: Target) -> Result<Plan, Dia
         });
     }
     find_shared_work(&mut frames);
-    let manifest = target.folder().map(|folder| Manifest::read(&folder));
+    let input = shot.input_path();
+    let manifest = target.manifest_folder().map(|folder| Manifest::read(&folder, &input));
     Ok(Plan { frames, target, manifest })
 }
 
@@ -169,8 +191,21 @@ impl Plan {
         let manifest = self.manifest.as_ref();
         self.frames.par_iter_mut().filter(|planned| planned.fingerprint.is_ok()).for_each(|planned| {
             let known = manifest.and_then(|manifest| manifest.get(&planned.file));
-            planned.state = inspect(&planned.file, known, &planned.provenance(source));
+            let input = manifest.map_or("", Manifest::input);
+            planned.state = inspect(&planned.file, known, &planned.provenance(source), input);
         });
+        find_shared_work(&mut self.frames);
+    }
+
+    /// Files in the way that are no pictures of this script or scene.
+    pub fn foreign(&self) -> Vec<&Path> {
+        let foreign = self.frames.iter().filter(|planned| planned.state == FileState::Foreign);
+        foreign.map(|planned| planned.file.as_path()).filter(|file| file.is_file()).collect()
+    }
+
+    /// Nothing that is there counts as done.
+    pub fn force(&mut self) {
+        self.frames.iter_mut().for_each(|planned| planned.state = FileState::Missing);
         find_shared_work(&mut self.frames);
     }
 
@@ -222,7 +257,12 @@ fn find_shared_work(frames: &mut [PlannedFrame]) {
 }
 
 /// The light mixes of the whole sequence, whatever part of it is wanted; none if no wanted frame could belong to one.
-fn light_mixes_of(shot: &Shot, wanted: &[u32], fingerprints: &[Result<Fingerprint, Diagnostics>]) -> LightMixes {
+fn light_mixes_of(
+    shot: &Shot,
+    wanted: &[u32],
+    fingerprints: &[Result<Fingerprint, Diagnostics>],
+    cancel: &AtomicBool,
+) -> LightMixes {
     let known: FxHashMap<u32, &Fingerprint> = wanted
         .iter()
         .zip(fingerprints)
@@ -232,7 +272,11 @@ fn light_mixes_of(shot: &Shot, wanted: &[u32], fingerprints: &[Result<Fingerprin
         return LightMixes::default();
     }
     let missing: Vec<u32> = (1..=shot.frames()).filter(|frame| !known.contains_key(frame)).collect();
-    let others: Vec<Fingerprint> = missing.par_iter().filter_map(|frame| shot.input.fingerprint(*frame)).collect();
+    let others: Vec<Fingerprint> = missing
+        .par_iter()
+        .filter(|_| !cancel.load(Ordering::Relaxed))
+        .filter_map(|frame| shot.input.fingerprint(*frame))
+        .collect();
     light_mix::find(&shot.input.base, known.into_values().chain(&others))
 }
 
@@ -241,19 +285,23 @@ fn light_mixes_of(shot: &Shot, wanted: &[u32], fingerprints: &[Result<Fingerprin
 /// # Errors
 /// The mistakes of the first frame that has any.
 pub fn check(shot: &mut Shot, frames: &[u32]) -> Result<(), Diagnostics> {
-    evaluate(shot, frames, None)?.into_iter().try_for_each(|fingerprint| fingerprint.map(drop))
+    evaluate(shot, frames, None, &AtomicBool::new(false))?.into_iter().try_for_each(|fingerprint| fingerprint.map(drop))
 }
 
 fn evaluate(
     shot: &mut Shot,
     wanted: &[u32],
     target: Option<&Target>,
+    cancel: &AtomicBool,
 ) -> Result<Vec<Result<Fingerprint, Diagnostics>>, Diagnostics> {
     let start = Instant::now();
     let spread = |i: usize| wanted[i * (wanted.len() - 1) / (TRIED - 1)];
     let tried: Vec<u32> = if wanted.len() > TRIED { (0..TRIED).map(spread).collect() } else { wanted.to_vec() };
     let mut known: FxHashMap<u32, Result<Fingerprint, Diagnostics>> = FxHashMap::default();
     for frame in tried {
+        if cancel.load(Ordering::Relaxed) {
+            return Err(interrupted());
+        }
         known.insert(frame, shot.input.evaluate(&mut shot.stage, frame, target));
         let pace = start.elapsed().as_secs_f64() / known.len() as f64;
         let is_slow = pace * wanted.len() as f64 > PATIENCE.as_secs_f64();
@@ -261,7 +309,7 @@ fn evaluate(
             return Err(known.remove(&wanted[0]).and_then(Result::err).unwrap_or_default());
         }
     }
-    let mut fingerprints = rest_of(shot, wanted, known, target);
+    let mut fingerprints = rest_of(shot, wanted, known, target, cancel);
     if !fingerprints.is_empty() && fingerprints.iter().all(Result::is_err) {
         return Err(fingerprints.swap_remove(0).err().unwrap_or_default());
     }
@@ -274,10 +322,12 @@ fn rest_of(
     wanted: &[u32],
     known: FxHashMap<u32, Result<Fingerprint, Diagnostics>>,
     target: Option<&Target>,
+    cancel: &AtomicBool,
 ) -> Vec<Result<Fingerprint, Diagnostics>> {
     let Shot { stage, input, .. } = shot;
     let one = |stage: &mut systems::Stage, frame: &u32| match known.get(frame) {
         Some(fingerprint) => fingerprint.clone(),
+        None if cancel.load(Ordering::Relaxed) => Err(interrupted()),
         None => input.evaluate(stage, *frame, target),
     };
     let copies = COPIED_ENTITIES / (stage.entity_count() + 1) + 1;

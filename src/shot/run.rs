@@ -8,7 +8,7 @@ use std::time::Instant;
 use rustc_hash::FxHashMap;
 
 use super::Shot;
-use super::plan::{Plan, PlannedFrame};
+use super::plan::{Plan, PlannedFrame, ranges};
 use super::reuse::ReuseCache;
 pub use super::reuse::ReusePolicy;
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
@@ -17,7 +17,7 @@ use crate::base::{files, limits};
 use crate::components::Render;
 use crate::film::Film;
 use crate::output::manifest::Manifest;
-use crate::output::{self, FileState, Format, Metadata, Provenance, frame_metadata};
+use crate::output::{self, FileState, Format, Metadata, Provenance, WriteFailure, frame_metadata};
 use crate::systems::{self, FrameStats, PartialFrame};
 
 /// What happens while a shot is rendered.
@@ -77,9 +77,12 @@ pub struct Report {
 pub struct RunOutcome {
     /// `cancel` was raised; only whole frames are there.
     pub cancelled: bool,
-    /// Frames that could be planned and not be rendered.
-    pub failed: Vec<(u32, Diagnostics)>,
+    /// Frames that could be planned and not be rendered or written.
+    pub failed: Vec<FailedFrame>,
 }
+
+/// A frame, from 1, and why it is not there.
+pub type FailedFrame = (u32, Diagnostics);
 
 /// A rendered picture on its way to the files of all frames that show it.
 struct RenderedFrame {
@@ -94,10 +97,10 @@ type Watch<'a> = &'a (dyn Fn(Event) + Sync);
 
 /// Renders and writes what the plan says is not done. `watch` is called from several threads.
 ///
-/// A frame that cannot be rendered does not keep the others from it.
+/// A frame that cannot be rendered or written does not keep the others from it.
 ///
 /// # Errors
-/// A file that cannot be written: what is there by then is whole.
+/// No file can be written, or files that were written are gone: what is there by then is whole.
 pub fn run(
     shot: &mut Shot,
     plan: &Plan,
@@ -110,15 +113,17 @@ pub fn run(
         watch(report(planned, FrameSource::Cache, Instant::now()));
     }
     let source = shot.source.clone();
-    let distinct = copy_what_is_done(plan, &source, watch)?;
+    let (distinct, uncopied) = copy_what_is_done(plan, &source, watch)?;
     if let Some(first) = distinct.first() {
         output::probe(&first[0].file)?;
     }
     let failed = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let (send, receive) = sync_channel::<RenderedFrame>(1);
-        let writer = scope.spawn(|| write_all(receive, plan.manifest.as_ref(), watch, &failed));
-        let mut ending = RunOutcome::default();
+        let writer = std::thread::Builder::new()
+            .spawn_scoped(scope, || write_all(receive, plan.manifest.as_ref(), watch, &failed))
+            .map_err(|e| Diagnostic::error(format!("cannot start the writer of frames: {e}")).because(Cause::Io))?;
+        let mut ending = RunOutcome { cancelled: false, failed: uncopied };
         let mut reuse_cache = ReuseCache::new(policy);
         for (index, frames) in distinct.iter().enumerate() {
             match render_frame(shot, &distinct, index, &mut reuse_cache, cancel, watch) {
@@ -139,9 +144,24 @@ pub fn run(
         }
         drop(send);
         let written = writer.join().unwrap_or_else(|_| Err(Diagnostic::error("the writer of frames failed")));
-        written.map_err(Diagnostics::from)?;
+        ending.failed.extend(written.map_err(Diagnostics::from)?);
+        ending.failed.sort_by_key(|(frame, _)| *frame);
+        if !ending.cancelled {
+            check_that_all_are_there(plan, &ending.failed)?;
+        }
         Ok(ending)
     })
+}
+
+/// A folder may be deleted while frames are written into it.
+fn check_that_all_are_there(plan: &Plan, failed: &[FailedFrame]) -> Result<(), Diagnostic> {
+    let has_failed = |frame: u32| failed.iter().any(|(number, _)| *number == frame);
+    let wanted = plan.frames.iter().filter(|planned| planned.fingerprint.is_ok() && !has_failed(planned.frame));
+    let gone: Vec<&PlannedFrame> = wanted.filter(|planned| !planned.file.is_file()).collect();
+    let Some(first) = gone.first() else { return Ok(()) };
+    let numbers: Vec<u32> = gone.iter().map(|planned| planned.frame).collect();
+    let message = format!("{} was written and is gone (of frames {})", first.file.display(), ranges(&numbers));
+    Err(Diagnostic::error(message).because(Cause::Io).help("was its folder deleted meanwhile? run again"))
 }
 
 fn report(planned: &PlannedFrame, reused: FrameSource, start: Instant) -> Event {
@@ -149,19 +169,26 @@ fn report(planned: &PlannedFrame, reused: FrameSource, start: Instant) -> Event 
     Event::Written(Box::new(Report { frame, file, reused, stats, total_seconds: start.elapsed().as_secs_f64() }))
 }
 
-/// Writes the frames that are the same as one that is done; gives the others, equal ones together.
-fn copy_what_is_done<'a>(plan: &'a Plan, source: &str, watch: Watch) -> Result<Vec<Vec<&'a PlannedFrame>>, Diagnostic> {
+/// Frames to be rendered, equal ones together, and those that could not be copied.
+type LeftToRender<'a> = (Vec<Vec<&'a PlannedFrame>>, Vec<FailedFrame>);
+
+/// Writes the frames that are the same as one that is done; gives the others.
+fn copy_what_is_done<'a>(plan: &'a Plan, source: &str, watch: Watch) -> Result<LeftToRender<'a>, Diagnostic> {
     let good = || plan.frames.iter().filter(|planned| planned.fingerprint.is_ok());
     let done = good().filter(|planned| planned.state == FileState::Done);
     let done: FxHashMap<Digest, &Path> = done.map(|planned| (planned.hash, planned.file.as_path())).collect();
     let mut distinct: Vec<Vec<&PlannedFrame>> = Vec::new();
     let mut places: FxHashMap<Digest, usize> = FxHashMap::default();
+    let mut failed = Vec::new();
     for planned in good().filter(|planned| planned.state != FileState::Done) {
         let start = Instant::now();
         let provenance = planned.provenance(source);
         if let Some(bytes) = done.get(&planned.hash).and_then(|file| copy_of(file, &provenance)) {
-            write(plan.manifest.as_ref(), &provenance, &planned.file, &bytes)?;
-            watch(report(planned, FrameSource::Copy, start));
+            match write(plan.manifest.as_ref(), &provenance, &planned.file, &bytes) {
+                Ok(()) => watch(report(planned, FrameSource::Copy, start)),
+                Err(failure) if failure.is_general => return Err(*failure.problem),
+                Err(failure) => failed.push((planned.frame, (*failure.problem).into())),
+            }
             continue;
         }
         let place = *places.entry(planned.hash).or_insert(distinct.len());
@@ -170,7 +197,7 @@ fn copy_what_is_done<'a>(plan: &'a Plan, source: &str, watch: Watch) -> Result<V
         }
         distinct[place].push(planned);
     }
-    Ok(distinct)
+    Ok((distinct, failed))
 }
 
 /// The bytes of a frame from the file of one that is the same; `None` if that file is not what it was.
@@ -242,16 +269,25 @@ fn write_all(
     manifest: Option<&Manifest>,
     watch: Watch,
     failed: &AtomicBool,
-) -> Result<(), Diagnostic> {
+) -> Result<Vec<FailedFrame>, Diagnostic> {
+    let mut unwritten = Vec::new();
     for RenderedFrame { frames, film, render, stats, start } in pictures {
         let mut reused = FrameSource::None;
         for (provenance, file) in frames {
             let metadata = frame_metadata(&provenance, stats.seed, &render);
-            let written =
-                encode(&film, &render, &metadata, &file).and_then(|bytes| write(manifest, &provenance, &file, &bytes));
-            if let Err(problem) = written {
-                failed.store(true, Ordering::Relaxed);
-                return Err(problem);
+            let written = encode(&film, &render, &metadata, &file)
+                .map_err(|problem| WriteFailure { problem: problem.into(), is_general: false })
+                .and_then(|bytes| write(manifest, &provenance, &file, &bytes));
+            match written {
+                Ok(()) => {}
+                Err(failure) if failure.is_general => {
+                    failed.store(true, Ordering::Relaxed);
+                    return Err(*failure.problem);
+                }
+                Err(failure) => {
+                    unwritten.push((provenance.frame, (*failure.problem).into()));
+                    continue;
+                }
             }
             let stats = if reused == FrameSource::None { stats.clone() } else { FrameStats::default() };
             let total_seconds = start.elapsed().as_secs_f64();
@@ -259,7 +295,7 @@ fn write_all(
             reused = FrameSource::Copy;
         }
     }
-    Ok(())
+    Ok(unwritten)
 }
 
 /// The bytes of a frame's file.
@@ -282,6 +318,6 @@ fn format_of(file: &Path) -> Result<&'static Format, Diagnostic> {
 }
 
 /// The manifest knows of the file before it has its name, so that a kill between the two loses nothing.
-fn write(manifest: Option<&Manifest>, provenance: &Provenance, file: &Path, bytes: &[u8]) -> Result<(), Diagnostic> {
+fn write(manifest: Option<&Manifest>, provenance: &Provenance, file: &Path, bytes: &[u8]) -> Result<(), WriteFailure> {
     output::write_after(file, bytes, || manifest.map_or(Ok(()), |manifest| manifest.add(file, provenance, bytes)))
 }

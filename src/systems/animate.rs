@@ -7,7 +7,7 @@ use hecs::EntityBuilder;
 
 use super::stage::{Despawned, Name, Stage, Tags, put, take};
 use super::{extract, hierarchy, spawn};
-use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart};
 use crate::components::*;
 
 /// How to take back what [`animate`] did.
@@ -55,28 +55,31 @@ pub fn undo(stage: &mut Stage, undo: Undo) {
 fn apply(stage: &mut Stage, edit: Edit) -> Result<Inverse, Diagnostic> {
     Ok(match edit {
         Edit::Camera(camera) => {
-            camera.check().map_err(|e| spawn::invalid("the scene", "camera", e))?;
+            camera.check().map_err(|e| spawn::invalid("the scene", "camera", e, ScenePart::Camera))?;
             Inverse::Camera(set_camera(stage, camera))
         }
         Edit::Render(render) => {
-            render.check().map_err(|e| spawn::invalid("the scene", "render", e))?;
+            render.check().map_err(|e| spawn::invalid("the scene", "render", e, ScenePart::Render))?;
             Inverse::Render(set_render(stage, render))
         }
         Edit::Material { index, material } => {
-            material.check().map_err(|e| spawn::invalid(&format!("material {}", index + 1), "material", e))?;
+            let part = ScenePart::Material(index);
+            material.check().map_err(|e| spawn::invalid(&format!("material {}", index + 1), "material", e, part))?;
             if index >= stage.materials.len() {
                 return Err(Diagnostic::error(format!("there is no material number {}", index + 1)));
             }
             Inverse::Material(index, set_material(stage, index, material))
         }
         Edit::AddMaterial { name, material } => {
-            material.check().map_err(|e| spawn::invalid(&format!("material `{name}`"), "material", e))?;
+            let part = ScenePart::Material(stage.materials.len());
+            material.check().map_err(|e| spawn::invalid(&format!("material `{name}`"), "material", e, part))?;
             spawn::add_material(stage, name, material)?;
             Inverse::RemoveMaterial
         }
         Edit::Put { entity, component } => {
             let kind = component.kind();
-            component.record().check().map_err(|e| spawn::invalid(&stage.label(entity), kind.name(), e))?;
+            let part = ScenePart::Entity(entity);
+            component.record().check().map_err(|e| spawn::invalid(&stage.label(entity), kind.name(), e, part))?;
             let id = stage.live(entity).ok_or_else(|| gone(entity))?;
             touch(stage, entity, Some(&component), kind);
             match put(&mut stage.world, id, component) {
@@ -99,7 +102,9 @@ fn apply(stage: &mut Stage, edit: Edit) -> Result<Inverse, Diagnostic> {
         Edit::Spawn(desc) => {
             for component in desc.components() {
                 let owner = || desc.label(stage.entities.len());
-                component.record().check().map_err(|e| spawn::invalid(&owner(), component.kind().name(), e))?;
+                let part = ScenePart::Entity(stage.entities.len());
+                let kind = component.kind().name();
+                component.record().check().map_err(|e| spawn::invalid(&owner(), kind, e, part))?;
             }
             spawn::spawn_entity(stage, &mut EntityBuilder::new(), desc)?;
             stage.revisions.hierarchy += 1;

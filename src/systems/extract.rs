@@ -11,7 +11,7 @@ use rustc_hash::FxHashMap;
 
 use super::hierarchy::Placement;
 use super::stage::{Despawned, MaterialIndex, Stage};
-use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::base::limits;
 use crate::components::entity::every_kind;
 use crate::components::*;
@@ -162,7 +162,9 @@ impl<'a> Extraction<'a> {
             let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
             if map.matrix3.determinant() == 0.0 || !map.to_cols_array().iter().all(|x| x.abs() <= FARTHEST) {
                 let message = format!("{} is scaled to nothing or beyond reach", stage.label(index));
-                return Err(Diagnostic::error(message));
+                let part = ScenePart::Entity(index);
+                let subject = Subject { part, component: Some(Kind::Transform.name()), field: None };
+                return Err(Diagnostic::error(message).about(subject));
             }
             let material = material.map_or(default_material, |material| material.0);
             let both_sides = self.sides[material as usize];

@@ -4,10 +4,10 @@ use glam::DAffine3;
 
 use super::references;
 use super::stage::{Hierarchy, Stage};
-use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::base::limits;
 use crate::components::transform::placement_below;
-use crate::components::{Motion, Transform};
+use crate::components::{Kind, Motion, Transform};
 
 /// Map from an entity's local space to the world; entities without one stand in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,7 +114,7 @@ fn place(
         chain.push(here);
         if chain.len() > limits::HIERARCHY_DEPTH {
             let message = format!("{} has more than {} parents", stage.label(index), limits::HIERARCHY_DEPTH);
-            return Err(Diagnostic::error(message));
+            return Err(Diagnostic::error(message).about(parent_field(index)));
         }
         at = parent_of(stage, here)?;
         if let Some(parent) = at {
@@ -135,7 +135,10 @@ fn parent_of(stage: &Stage, index: usize) -> Result<Option<usize>, Diagnostic> {
     let Some(parent) = &transform.parent else { return Ok(None) };
     match stage.names.get(parent) {
         Some(found) if stage.live(*found).is_some() => Ok(Some(*found)),
-        Some(_) => Err(Diagnostic::error(format!("the parent `{parent}` of {} was removed", stage.label(index)))),
+        Some(removed) => {
+            let message = format!("the parent `{parent}` of {} was removed", stage.label(index));
+            Err(Diagnostic::error(message).about(ScenePart::Entity(*removed)).about(parent_field(index)))
+        }
         None => Err(stage.unknown(index, "parent", parent, stage.names.keys())),
     }
 }
@@ -143,5 +146,11 @@ fn parent_of(stage: &Stage, index: usize) -> Result<Option<usize>, Diagnostic> {
 fn cycle(stage: &Stage, chain: &[usize], back_at: usize) -> Diagnostic {
     let start = chain.iter().position(|i| *i == back_at).unwrap_or(0);
     let names: Vec<String> = chain[start..].iter().chain([&back_at]).map(|i| stage.label(*i)).collect();
-    Diagnostic::error(format!("parents go round in a circle: {}", names.join(" -> ")))
+    let problem = Diagnostic::error(format!("parents go round in a circle: {}", names.join(" -> ")));
+    chain[start..].iter().fold(problem, |problem, index| problem.about(parent_field(*index)))
+}
+
+/// Where an entity names its parent.
+fn parent_field(index: usize) -> Subject {
+    Subject { part: ScenePart::Entity(index), component: Some(Kind::Transform.name()), field: Some("parent") }
 }

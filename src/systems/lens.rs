@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::extract::find;
 use super::hierarchy::Placement;
 use super::stage::Stage;
-use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::base::random::hash_words;
 use crate::components::{Camera, Focus};
 use crate::trace::camera::CameraRays;
@@ -24,14 +24,16 @@ fn focus_distance(stage: &Stage, camera: &Camera) -> Result<f64, Diagnostic> {
     if let Some(distance) = camera.focus_distance {
         return Ok(distance);
     }
+    let mut entity = None;
     let (point, what) = match &camera.focus {
         None => return Ok(camera.from.distance(camera.at)),
         Some(Focus::Point(point)) => (*point, "the point".to_string()),
         Some(Focus::Entity(name)) => {
             let index = find(stage, name).ok_or_else(|| {
                 let unknown = format!("the camera is focused on `{name}`, which does not exist");
-                Diagnostic::error(unknown).suggest(name, stage.names.keys().map(|text| &**text))
+                Diagnostic::error(unknown).about(FOCUS).suggest(name, stage.names.keys().map(|text| &**text))
             })?;
+            entity = Some(index);
             let placed = stage.world.get::<&Placement>(stage.entities[index]);
             (placed.map_or(DVec3::ZERO, |p| p.0.translation), format!("`{name}`"))
         }
@@ -40,8 +42,13 @@ fn focus_distance(stage: &Stage, camera: &Camera) -> Result<f64, Diagnostic> {
     if distance > 0.0 || camera.lens_radius() == 0.0 {
         return Ok(distance);
     }
-    Err(Diagnostic::error(format!("the camera is focused on {what}, which is behind it")))
+    let problem = Diagnostic::error(format!("the camera is focused on {what}, which is behind it"));
+    let problem = problem.help("turn the camera, or set `focus_distance`").about(FOCUS);
+    Err(entity.map_or(problem.clone(), |index| problem.about(ScenePart::Entity(index))))
 }
+
+/// Where the camera says what it is focused on.
+const FOCUS: Subject = Subject { part: ScenePart::Camera, component: None, field: Some("focus") };
 
 /// Seed of a frame: noise stands still while the camera does, and is fresh for every new pose.
 pub fn pose_seed(camera: &Camera) -> u64 {

@@ -4,7 +4,7 @@ use hecs::{EntityBuilder, World};
 
 use super::hierarchy;
 use super::stage::{AuthoredIndex, DerivedCache, LoadedFiles, MaterialIndex, Name, Revisions, Stage, Tags, add};
-use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::base::limits;
 use crate::components::*;
 
@@ -91,6 +91,8 @@ pub(super) fn spawn_entity(
 }
 
 /// A failed range check, with the entity that it belongs to.
-pub(super) fn invalid(owner: &str, kind: &str, problem: Invalid) -> Diagnostic {
-    Diagnostic::error(format!("{owner}: {kind}: {}", problem.message))
+pub(super) fn invalid(owner: &str, kind: &str, problem: Invalid, part: ScenePart) -> Diagnostic {
+    let component = Kind::parse(kind).map(Kind::name).filter(|_| matches!(part, ScenePart::Entity(_)));
+    let subject = Subject { part, component, field: Some(problem.field) };
+    Diagnostic::error(format!("{owner}: {kind}: {}", problem.message)).about(subject)
 }

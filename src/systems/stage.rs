@@ -6,7 +6,7 @@ use hecs::{Entity, EntityBuilder, World};
 use rustc_hash::FxHashMap;
 
 use super::previous_frame::PreviousFrame;
-use crate::base::diagnostics::Diagnostic;
+use crate::base::diagnostics::{Diagnostic, ScenePart, Subject};
 use crate::base::project::Folder;
 use crate::components::entity::every_kind;
 use crate::components::*;
@@ -218,7 +218,11 @@ impl Stage {
         name: &str,
         known: impl Iterator<Item = &'a Text>,
     ) -> Diagnostic {
+        let component = if what == "parent" { Kind::Transform } else { Kind::MaterialName };
+        let field = (what == "parent").then_some("parent");
+        let subject = Subject { part: ScenePart::Entity(index), component: Some(component.name()), field };
         Diagnostic::error(format!("unknown {what} `{name}` of {}", self.label(index)))
+            .about(subject)
             .suggest(name, known.map(|text| &**text))
     }
 }

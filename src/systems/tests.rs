@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::hierarchy::Placement;
 use super::stage::{BuiltAccelerator, MaterialIndex};
 use super::*;
+use crate::base::diagnostics::{ScenePart, Subject};
 use crate::components::*;
 
 fn ball(name: &str, at: [f64; 3]) -> EntityDesc {
@@ -193,9 +194,14 @@ fn a_missing_file_is_told_and_not_read() {
     scene.entities[2].put(texture.into());
     scene.render.environment = Some("sky".into());
     let mut stage = spawn(scene).unwrap();
-    let file = |file: &str, owner: &str| FileRequest { file: file.into(), decoded: true, owner: owner.into() };
-    assert_eq!(missing_images(&stage), [file("wood.png", "texture of entity `b`")]);
-    assert_eq!(missing_environment(&stage), Some(file("sky", "`environment`")));
+    let file = |file: &str, owner: &str, part, component, field| {
+        let subject = Subject { part, component, field: Some(field) };
+        FileRequest { file: file.into(), decoded: true, owner: owner.into(), subject }
+    };
+    let image = file("wood.png", "texture of entity `b`", ScenePart::Entity(1), Some("texture"), "image");
+    assert_eq!(missing_images(&stage), [image]);
+    let environment = file("sky", "`environment`", ScenePart::Render, None, "environment");
+    assert_eq!(missing_environment(&stage), Some(environment));
     let said = render(&mut stage, &AtomicBool::new(false), &|_, _| {}).unwrap_err().to_string();
     assert!(said.contains("`sky` was not loaded") && said.contains("a mistake in anim"), "{said}");
 }

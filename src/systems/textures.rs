@@ -5,7 +5,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::hierarchy::Placement;
 use super::stage::{EnvironmentKey, MaterialIndex, Stage};
-use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::components::*;
 use crate::trace::material::texture::{TextureBindings, TextureLayer, TextureSet};
 use crate::trace::primitive::{AffineMap, Bounds, ObjectSpace};
@@ -19,6 +19,8 @@ pub struct FileRequest {
     pub decoded: bool,
     /// What a message calls its user.
     pub owner: String,
+    /// Where the scene names it.
+    pub subject: Subject,
 }
 
 /// Whether the numbers of colour images are decoded to linear light.
@@ -30,23 +32,26 @@ fn decodes_colors(stage: &Stage) -> bool {
 pub fn missing_images(stage: &Stage) -> Vec<FileRequest> {
     let mut missing: Vec<FileRequest> = Vec::new();
     let decodes = decodes_colors(stage);
-    let mut add = |texture: &Texture, coloured: bool, owner: &dyn Fn() -> String| {
+    let mut add = |texture: &Texture, coloured: bool, subject: Subject, owner: &dyn Fn() -> String| {
         let Some(file) = &texture.image else { return };
         let (file, decoded) = (file.clone(), texture.decodes(coloured && decodes));
         let is_known = missing.iter().any(|one| one.file == file && one.decoded == decoded);
         if !is_known && !stage.files.images.0.contains_key(&(file.clone(), decoded)) {
-            missing.push(FileRequest { file, decoded, owner: owner() });
+            missing.push(FileRequest { file, decoded, owner: owner(), subject });
         }
     };
     for (i, entity) in stage.materials.iter().enumerate() {
         let Ok(material) = stage.world.get::<&Material>(*entity) else { continue };
         for (field, texture, coloured) in material.maps() {
             let name = || stage.material_names.iter().find(|(_, index)| **index == i).map_or("", |(name, _)| name);
-            add(texture, coloured, &|| format!("`{field}` of material `{}`", name()));
+            let subject = Subject { part: ScenePart::Material(i), component: None, field: Some(field) };
+            add(texture, coloured, subject, &|| format!("`{field}` of material `{}`", name()));
         }
     }
     let _ = stage.for_each_in_order::<&Texture>(|index, texture| {
-        add(texture, true, &|| format!("texture of {}", stage.label(index)));
+        let component = Some(Kind::Texture.name());
+        let subject = Subject { part: ScenePart::Entity(index), component, field: Some("image") };
+        add(texture, true, subject, &|| format!("texture of {}", stage.label(index)));
         Ok(())
     });
     missing
@@ -71,7 +76,8 @@ pub fn named_images(stage: &Stage) -> FxHashSet<(Text, bool)> {
 pub fn missing_environment(stage: &Stage) -> Option<FileRequest> {
     let (file, decoded) = environment_key(stage)?;
     let is_loaded = stage.files.environment.as_ref().is_some_and(|(key, _)| *key == (file.clone(), decoded));
-    (!is_loaded).then(|| FileRequest { file, decoded, owner: "`environment`".into() })
+    let subject = Subject { part: ScenePart::Render, component: None, field: Some("environment") };
+    (!is_loaded).then(|| FileRequest { file, decoded, owner: "`environment`".into(), subject })
 }
 
 /// The environment that the settings name, with how it is decoded.

@@ -85,6 +85,42 @@ fn a_mistake_in_every_frame() {
 }
 
 #[test]
+fn what_a_script_does_to_the_scene_has_a_place() {
+    let in_frame = |body: &str, said: &[&str]| {
+        let sandbox = Sandbox::new();
+        sandbox.write("a.ron", "(render: (size: (4, 4)), camera: (aperture: 0.1, focus: Entity(\"a\")),\n entities: [\n  (name: \"a\", sphere: ()),\n  (name: \"b\", sphere: (), transform: (parent: \"a\")),\n ])");
+        sandbox.write(
+            "a.rhai",
+            format!("animation(#{{ scene: \"a.ron\" }});\nfn frame(s, f) {{\n    let x = 1;\n{body}\n}}"),
+        );
+        sandbox.anim("check a.rhai").fails(3, said);
+    };
+    in_frame("    s.camera.fov = 200;\n    let y = 2;", &["a.rhai:4:", "in frame 1", "fov"]);
+    in_frame("    s.get(\"a\").parent = \"b\";", &["a.rhai:4:", "in a circle"]);
+    in_frame("    let y = 2;\n    s.despawn(s.get(\"a\"));", &["a.rhai:5:", "removed"]);
+    in_frame("    s.camera.from = [0, 0, -9];\n    s.camera.at = [0, 0, -19];", &["a.rhai:5:", "behind it"]);
+    in_frame("    s.get(\"a\").translation = [0, 0, 99];", &["a.rhai:4:", "behind it"]);
+    in_frame("    s.get(\"a\").texture = #{ image: \"none.png\" };", &["a.rhai:4:", "none.png"]);
+    in_frame("    s.render.environment = \"none.hdr\";", &["a.rhai:4:", "none.hdr"]);
+    in_frame("    s.despawn(s.get(\"b\"));\n    s.get(\"b\").yaw = 1;", &["a.rhai:5:", "entity `b` was removed"]);
+}
+
+#[test]
+fn what_a_scene_says_has_a_place_when_it_is_seen_late() {
+    let scene = "(\n  camera: (aperture: 0.1, at: (0.0, 1.0, 9.0),\n    focus: Point((0.0, 0.0, 0.0))),\n)";
+    mistake("a.ron", scene, &["a.ron:3:12", "behind it"]);
+    let twice = "(entities: [\n  (name: \"a\", sphere: (),\n   name: \"b\"),\n])";
+    mistake("a.ron", twice, &["a.ron:3:", "name"]);
+    mistake(
+        "a.nff",
+        "v\nfrom 0 0 5\nat 0 0 0\nup 0 1 0\nangle 40\nhither 1\nresolution 8 8\nb 2e9 0 0\n",
+        &["a.nff:8:1", "background"],
+    );
+    mistake("a.rhai", "fn frame(s, f) {}", &["a.rhai:1:1", "does not call `animation`"]);
+    mistake("a.rhai", "animation(#{});", &["a.rhai:1:1", "no function `frame(s, f)`"]);
+}
+
+#[test]
 fn usage() {
     let sandbox = Sandbox::new();
     sandbox.write("a.ron", "()");

@@ -149,7 +149,8 @@ fn a_plan_says_what_is_there_and_what_changes() {
 fn exr_frames_are_kept_copied_and_redone_as_png_frames_are() {
     let sandbox = sandbox();
     let all = FRAMES as usize;
-    let run = |folder: &str| sandbox.anim(&format!("a.rhai -o {folder}/f.####.exr --stats json --aovs depth"));
+    let run =
+        |folder: &str| sandbox.anim(&format!("a.rhai -o {folder}/f.####.exr --stats json --aovs depth --overwrite"));
     expect(run("out"), DIFFERENT, all - DIFFERENT, 0);
     let first = pictures(&sandbox, "out/");
     for manifest in [true, false] {
@@ -178,7 +179,10 @@ fn a_still_is_kept_too() {
     expect(sandbox.anim("a.ron -o x.png --stats json"), 0, 0, 1);
     expect(sandbox.anim("a.ron -o x.png --stats json --size 20x10"), 1, 0, 0);
     sandbox.write("x.png", "another picture");
-    expect(sandbox.anim("a.ron -o x.png --stats json"), 1, 0, 0);
+    sandbox.anim("a.ron -o x.png").fails(2, &["x.png", "no picture that anim has made", "--overwrite"]);
+    sandbox.anim("a.ron -o x.png --force").fails(2, &["--overwrite"]);
+    assert_eq!(sandbox.read("x.png"), b"another picture");
+    expect(sandbox.anim("a.ron -o x.png --stats json --overwrite"), 1, 0, 0);
     assert_eq!(sandbox.files(), ["a.rhai", "a.ron", "x.png"]);
 }
 
@@ -277,15 +281,154 @@ fn a_folder_that_cannot_be_written_to_is_found_out_before_the_first_frame_is_ren
 }
 
 #[test]
-fn a_frame_that_cannot_be_written_is_an_io_error_and_the_rest_is_whole() {
+fn a_frame_that_cannot_be_written_does_not_stop_the_others() {
     let sandbox = sandbox();
     sandbox.anim("a.rhai -o fresh").ok();
     std::fs::create_dir_all(sandbox.path("out/a.0005.png/in the way")).unwrap();
-    sandbox.anim("a.rhai -o out --threads 1").fails(5, &["a.0005.png"]);
+    sandbox.anim("a.rhai -o out --threads 1").fails(4, &["cannot write out/a.0005.png"]);
+    assert_eq!(pictures(&sandbox, "out/").len(), FRAMES as usize - 1);
     for (name, bytes) in pictures(&sandbox, "out/") {
         assert_eq!(bytes, pictures(&sandbox, "fresh/")[&name]);
     }
     std::fs::remove_dir_all(sandbox.path("out/a.0005.png")).unwrap();
     sandbox.anim("a.rhai -o out").ok();
     assert_eq!(pictures(&sandbox, "out/"), pictures(&sandbox, "fresh/"));
+}
+
+#[test]
+fn a_picture_that_another_tool_has_changed_is_made_again() {
+    let sandbox = sandbox();
+    let all = FRAMES as usize;
+    expect(sandbox.anim("a.rhai -o out --stats json"), DIFFERENT, all - DIFFERENT, 0);
+    let first = pictures(&sandbox, "out/");
+    let (frame, twin) = ("out/a.0009.png", "out/a.0010.png");
+    for manifest in [true, false] {
+        if !manifest {
+            std::fs::remove_file(sandbox.path("out/.anim-manifest.jsonl")).unwrap();
+        }
+        // Packed more tightly, with the notes as they were: nothing has changed.
+        sandbox.write(frame, repainted(&first["a.0009.png"], |_| {}));
+        assert_ne!(sandbox.read(frame), first["a.0009.png"]);
+        expect(sandbox.anim("a.rhai -o out --stats json"), 0, 0, all);
+        // Painted over: made again, and its twins are not made from it.
+        sandbox.write(frame, repainted(&first["a.0009.png"], |pixels| pixels[5] ^= 1));
+        std::fs::remove_file(sandbox.path(twin)).unwrap();
+        expect(sandbox.anim("a.rhai -o out --stats json"), 0, 2, all - 2);
+        assert_eq!(pictures(&sandbox, "out/"), first);
+    }
+}
+
+/// The same picture with the same notes, its pixels changed and packed otherwise.
+fn repainted(bytes: &[u8], change: impl Fn(&mut [u8])) -> Vec<u8> {
+    let mut pixels = image::load_from_memory(bytes).unwrap().to_rgb8();
+    change(&mut pixels);
+    let (mut data, size) = (std::io::Cursor::new(Vec::new()), pixels.dimensions());
+    let encoder = image::codecs::png::PngEncoder::new_with_quality(
+        &mut data,
+        image::codecs::png::CompressionType::Best,
+        image::codecs::png::FilterType::Paeth,
+    );
+    image::ImageEncoder::write_image(encoder, &pixels, size.0, size.1, image::ExtendedColorType::Rgb8).unwrap();
+    let chunks = |bytes: &[u8], wanted: fn(&[u8]) -> bool| -> Vec<u8> {
+        let (mut rest, mut found) = (&bytes[8..], Vec::new());
+        while rest.len() >= 12 {
+            let length = u32::from_be_bytes(rest[..4].try_into().unwrap()) as usize + 12;
+            if wanted(&rest[4..8]) {
+                found.extend(&rest[..length]);
+            }
+            rest = &rest[length..];
+        }
+        found
+    };
+    let data = data.into_inner();
+    let before = chunks(bytes, |kind| kind == b"IHDR" || kind == b"iTXt");
+    let after = chunks(&data, |kind| kind == b"IDAT" || kind == b"IEND");
+    [&bytes[..8], &before, &after].concat()
+}
+
+#[test]
+fn two_scripts_of_one_name_do_not_overwrite_each_other() {
+    let sandbox = Sandbox::new();
+    sandbox.write("p/golden.ron", "").write("p/a.ron", SCENE);
+    for folder in ["one", "two"] {
+        let script = SCRIPT.replace("a.ron", "../a.ron").replace("12 }", "2 }");
+        sandbox.write(
+            &format!("p/{folder}/a.rhai"),
+            script.replace("30 +", if folder == "one" { "31 +" } else { "32 +" }),
+        );
+        sandbox.write(&format!("p/{folder}/s.ron"), SCENE);
+    }
+    sandbox.anim("p/one/a.rhai").ok();
+    let first = pictures(&sandbox, "frames/a/");
+    sandbox.anim("p/two/a.rhai").fails(2, &["frames/a/a.0001.png", "is a picture of one/a.rhai", "and 1 more"]);
+    sandbox.anim("p/two/a.rhai --force").fails(2, &["--overwrite"]);
+    assert!(sandbox.anim("plan p/two/a.rhai").ok().stdout.contains("2 foreign"));
+    assert_eq!(pictures(&sandbox, "frames/a/"), first);
+    sandbox.anim("p/two/a.rhai --overwrite").ok();
+    sandbox.anim("p/one/a.rhai").fails(2, &["two/a.rhai"]);
+    sandbox.anim("p/one/s.ron").ok();
+    sandbox.anim("p/two/s.ron").fails(2, &["frames/s.png", "one/s.ron"]);
+    sandbox.write("p/x/...rhai", SCRIPT.replace("a.ron", "../a.ron"));
+    sandbox.anim("p/x/...rhai").fails(2, &["-o frame.####.png"]);
+}
+
+/// The same for every write of a run: the system refuses files beyond a size, as a full disk does.
+#[cfg(target_os = "linux")]
+#[test]
+fn wherever_a_disk_is_full_frames_are_whole_or_missing() {
+    let sandbox = sandbox();
+    sandbox.anim("a.rhai -o fresh").ok();
+    let fresh = pictures(&sandbox, "fresh/");
+    for blocks in [0, 1, 2, 4] {
+        let limited = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" a.rhai -o out --threads 1");
+        let run = Command::new("/bin/sh")
+            .arg("-c")
+            .arg(limited)
+            .arg(env!("CARGO_BIN_EXE_anim"))
+            .current_dir(sandbox.path(""))
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&run.stderr);
+        let there = pictures(&sandbox, "out/");
+        assert!(there.iter().all(|(name, bytes)| fresh[name] == *bytes), "{blocks}");
+        let is_whole = there.len() == FRAMES as usize;
+        assert_eq!(run.status.success(), is_whole, "{said}");
+        assert!(is_whole || (said.contains("cannot write out/a.") && !said.contains(".anim-tmp")), "{said}");
+        assert!(strays(&sandbox).is_empty());
+    }
+    sandbox.anim("a.rhai -o out").ok();
+    assert_eq!(pictures(&sandbox, "out/"), fresh);
+    for command in [
+        "dump a.ron",
+        "convert a.ron",
+        "plan a.ron",
+        "check a.ron",
+        "a.ron -o x.png --stats json",
+        "info fresh/a.0001.png",
+    ] {
+        let full = format!("exec \"$0\" {command} > /dev/full");
+        let run = Command::new("/bin/sh")
+            .arg("-c")
+            .arg(full)
+            .arg(env!("CARGO_BIN_EXE_anim"))
+            .current_dir(sandbox.path(""))
+            .output()
+            .unwrap();
+        assert_eq!(run.status.code(), Some(5), "{command}: {}", String::from_utf8_lossy(&run.stderr));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_while_frames_are_planned_is_one() {
+    let sandbox = sandbox();
+    let slow =
+        "animation(#{ frames: 5000 });\nfn frame(s, f) { let x = 0; for i in 0..20000 { x += i; } s.camera.fov = 40; }";
+    sandbox.write("slow.rhai", slow);
+    let child = start(&sandbox, "slow.rhai -o slow");
+    std::thread::sleep(Duration::from_millis(700));
+    assert!(Command::new("kill").arg("-INT").arg(child.id().to_string()).status().unwrap().success());
+    let mut child = child;
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(!sandbox.exists("slow"));
 }

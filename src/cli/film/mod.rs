@@ -4,7 +4,7 @@ mod encode;
 mod options;
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 
 use super::render::{self, RenderArguments};
@@ -103,12 +103,13 @@ pub fn render(rendering: &RenderArguments, options: &FilmOptionArguments) -> Res
         return Err(usage("--shard: a film needs all of its frames; render the parts, then film their folder"));
     }
     render::on_threads(rendering.threads, || {
-        let (mut shot, plan) = render::plan_into(&rendering.wanted, options.frames_in.as_deref())?;
+        let cancel = render::on_interrupt()?;
+        let (mut shot, plan) = render::plan_into(&rendering.wanted, options.frames_in.as_deref(), &cancel)?;
         let files = planned_files(&shot, &plan)?;
         let rate = rate_of(&shot, &files, options)?;
         let job = Job::new(film, format, options, rate, files)?;
         prepare(&job)?;
-        film_while_rendering(rendering, &mut shot, plan, &job)
+        film_while_rendering(rendering, &mut shot, plan, &job, &cancel)
     })
 }
 
@@ -117,11 +118,11 @@ fn film_while_rendering(
     shot: &mut Shot,
     plan: Plan,
     job: &Job,
+    cancel: &AtomicBool,
 ) -> Result<Exit, Diagnostics> {
-    let cancel = render::on_interrupt()?;
     let (send, receive) = channel::<u32>();
     let (rendered, filmed) = std::thread::scope(|scope| {
-        let (job, cancel) = (&job, &cancel);
+        let job = &job;
         let encoder = scope.spawn(move || {
             let mut done = rustc_hash::FxHashSet::default();
             let mut ready = |index: usize| {

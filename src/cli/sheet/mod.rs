@@ -185,7 +185,8 @@ fn rendering(
 /// Frames of a script, or the one picture of a scene.
 fn of_input(arguments: &SheetArguments, input: &Path) -> Result<Result<Vec<Shown>, Exit>, Diagnostics> {
     let all = rendering(arguments, input, arguments.defines.clone(), arguments.frames.clone(), None);
-    let (mut shot, mut plan) = render::plan(&all.wanted)?;
+    let cancel = render::on_interrupt()?;
+    let (mut shot, mut plan) = render::plan(&all.wanted, &cancel)?;
     let numbers: Vec<u32> = plan.frames.iter().map(|planned| planned.frame).collect();
     let kept = spread(&numbers, arguments);
     plan.keep(&kept);
@@ -195,7 +196,6 @@ fn of_input(arguments: &SheetArguments, input: &Path) -> Result<Result<Vec<Shown
         values: values(planned.frame, rate, &shot.name, &arguments.defines),
     });
     let shown = shown.collect();
-    let cancel = render::on_interrupt()?;
     let exit = render::render(&all, &mut shot, plan, &cancel, &|_| {})?;
     Ok(if exit == Exit::Done { Ok(shown) } else { Err(exit) })
 }
@@ -230,7 +230,7 @@ fn several(arguments: &SheetArguments) -> Result<Result<Vec<Shown>, Exit>, Diagn
             continue;
         }
         let one = rendering(arguments, input, arguments.defines.clone(), Some(frame.to_string()), None);
-        let (mut shot, plan) = render::plan(&one.wanted)?;
+        let (mut shot, plan) = render::plan(&one.wanted, &cancel)?;
         let values = values(frame, shot.rate(), &shot.name, &arguments.defines);
         all.extend(plan.frames.iter().map(|planned| Shown { file: planned.file.clone(), values: values.clone() }));
         let exit = render::render(&one, &mut shot, plan, &cancel, &|_| {})?;
@@ -260,7 +260,7 @@ fn swept(arguments: &SheetArguments, input: &Path) -> Result<Result<Vec<Shown>, 
         let file = swept_file(&name_of(input), &set, frame);
         let defines = [arguments.defines.clone(), set].concat();
         let one = rendering(arguments, input, defines.clone(), Some(frame.to_string()), Some(file.clone()));
-        let (mut shot, plan) = render::plan(&one.wanted)?;
+        let (mut shot, plan) = render::plan(&one.wanted, &cancel)?;
         all.push(Shown { file: file.into(), values: values(frame, shot.rate(), &shot.name, &defines) });
         let exit = render::render(&one, &mut shot, plan, &cancel, &|_| {})?;
         if exit != Exit::Done {
@@ -349,6 +349,8 @@ mod tests {
         assert_eq!(swept_file("show", &set("0.1"), 12), "frames/show.sweep/a=0.1,lens=Disk.0012.png");
         let [one, other] = ["a/b", "a b"].map(|value| swept_file("show", &set(value), 1));
         assert!(one != other && !one["frames/show.sweep/".len()..].contains('/'), "{one} {other}");
-        assert!(output::names::resolve(Some(&swept_file("show", &set(&"x".repeat(999)), 1)), "show", true, 1).is_ok());
+        assert!(
+            output::names::resolve(Some(&swept_file("show", &set(&"x".repeat(999)), 1)), "show", Some(1), 1).is_ok()
+        );
     }
 }

@@ -19,6 +19,7 @@ use rustc_hash::FxHashMap;
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, Severity, nearest};
 use crate::base::project::Folder;
 use crate::base::{files, limits};
+use crate::components::record::ranges::color;
 use crate::components::*;
 use crate::load::image;
 
@@ -104,7 +105,11 @@ impl NffReader<'_> {
             "b" | "bclr" => {
                 self.p3f |= word.text == "bclr";
                 if let Some([r, g, b]) = self.exactly(word) {
-                    self.scene.render.background = DVec3::new(r, g, b).max(DVec3::ZERO);
+                    let background = DVec3::new(r, g, b).max(DVec3::ZERO);
+                    match color("background", background) {
+                        Ok(()) => self.scene.render.background = background,
+                        Err(invalid) => self.error(word, invalid.message),
+                    }
                 }
             }
             "env" | "fire" => self.environment(),

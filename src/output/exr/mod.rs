@@ -15,7 +15,8 @@ use ::exr::prelude::{
 };
 
 use super::format::{Decoded, Format, PictureHeader};
-use super::metadata::Metadata;
+use super::metadata::{Metadata, with_pixels};
+use crate::base::digest::{Digest, Hasher};
 use crate::base::limits;
 use crate::components::{Aov, Render};
 use crate::film::Film;
@@ -31,6 +32,7 @@ pub const EXR: Format = Format {
     holds: |_| true,
     encode,
     decode,
+    pixels,
     read_header,
     // The sums that tell damage are inside of the blocks: all are unpacked.
     checked_metadata: |bytes| decode(bytes).and_then(|_| read_header(bytes)).ok().map(|header| header.metadata),
@@ -71,8 +73,9 @@ fn encode(film: &Film, render: &Render, metadata: &Metadata) -> Result<Vec<u8>, 
             );
         }
     }
+    let metadata = with_pixels(metadata, || digest_of([film.width, film.height], &channels));
     // One attribute for all metadata: the crate writes several in an order that changes from run to run.
-    let comments = Some(Text::from_slice_unchecked(text_of(metadata).as_bytes()));
+    let comments = Some(Text::from_slice_unchecked(text_of(&metadata).as_bytes()));
     let attributes = LayerAttributes { comments, ..LayerAttributes::default() };
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
@@ -82,6 +85,27 @@ fn encode(film: &Film, render: &Render, metadata: &Metadata) -> Result<Vec<u8>, 
     // On one thread: blocks lie in the file in the order of their lines.
     let written = Image::from_layer(layer).write().non_parallel().to_buffered(Cursor::new(&mut bytes));
     written.map(|()| bytes).map_err(|e| e.to_string())
+}
+
+/// The digest of a picture's size and the values of all its channels, whatever their order and the file's compression.
+fn digest_of(size: [u32; 2], channels: &[AnyChannel<FlatSamples>]) -> Digest {
+    let mut sorted: Vec<&AnyChannel<FlatSamples>> = channels.iter().collect();
+    sorted.sort_by(|a, b| a.name.as_slice().cmp(b.name.as_slice()));
+    let mut hasher = Hasher::default();
+    size.into_iter().for_each(|side| hasher.word(side.into()));
+    for channel in sorted {
+        hasher.bytes(channel.name.as_slice());
+        for value in channel.sample_data.values_as_f32() {
+            hasher.bytes(&value.to_bits().to_le_bytes());
+        }
+    }
+    hasher.finish()
+}
+
+/// The digest of what a file shows.
+fn pixels(bytes: &[u8]) -> Option<Digest> {
+    let (size, image) = read_image(bytes).ok()?;
+    Some(digest_of(size, &image.layer_data.channel_data.list))
 }
 
 /// The channels of a layer, by name.
@@ -133,11 +157,29 @@ fn read_header(bytes: &[u8]) -> Result<PictureHeader, String> {
     Ok(PictureHeader { size: [width, height], channels, metadata })
 }
 
+/// A picture with its channels as they are in the file.
+type FlatImage = Image<Layer<AnyChannels<FlatSamples>>>;
+
 /// The linear colours of an EXR file, top row first.
 ///
 /// # Errors
 /// As [`read_header`]; a file without `R`, `G` and `B`.
 fn decode(bytes: &[u8]) -> Result<Decoded, String> {
+    let (size, image) = read_image(bytes)?;
+    let layer = &image.layer_data;
+    let mut colors = vec![[0.0; 3]; layer.size.area()];
+    for (axis, name) in ["R", "G", "B"].into_iter().enumerate() {
+        let found = layer.channel_data.list.iter().find(|c| c.name.eq(name));
+        let channel = found.ok_or_else(|| format!("it has no channel `{name}`"))?;
+        for (color, value) in colors.iter_mut().zip(channel.sample_data.values_as_f32()) {
+            color[axis] = value;
+        }
+    }
+    Ok(Decoded { size, pixels: colors })
+}
+
+/// All channels of the first part of an EXR file.
+fn read_image(bytes: &[u8]) -> Result<([u32; 2], FlatImage), String> {
     let PictureHeader { size, .. } = read_header(bytes)?;
     let image = read()
         .no_deep_data()
@@ -149,19 +191,10 @@ fn decode(bytes: &[u8]) -> Result<Decoded, String> {
         .from_buffered(Cursor::new(bytes))
         .map_err(|e| e.to_string())?;
     let layer = &image.layer_data;
-    let count = layer.size.area();
     if [layer.size.width(), layer.size.height()] != size.map(|n| n as usize) {
         return Err("its first part is not a plain picture".into());
     }
-    let mut colors = vec![[0.0; 3]; count];
-    for (axis, name) in ["R", "G", "B"].into_iter().enumerate() {
-        let found = layer.channel_data.list.iter().find(|c| c.name.eq(name));
-        let channel = found.ok_or_else(|| format!("it has no channel `{name}`"))?;
-        for (color, value) in colors.iter_mut().zip(channel.sample_data.values_as_f32()) {
-            color[axis] = value;
-        }
-    }
-    Ok(Decoded { size, pixels: colors })
+    Ok((size, image))
 }
 
 #[cfg(test)]

@@ -2,10 +2,16 @@
 
 pub(super) mod chunks;
 
-use ::png::{BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError, SrgbRenderingIntent};
+use std::io::Cursor;
+
+use ::png::{
+    BitDepth, ColorType, Compression, Decoder, Encoder, EncodingError, Limits, SrgbRenderingIntent, Transformations,
+};
 
 use super::format::{Decoded, Format, PictureHeader};
-use super::metadata::Metadata;
+use super::metadata::{Metadata, with_pixels};
+use crate::base::digest::{Digest, Hasher};
+use crate::base::limits;
 use crate::components::Render;
 use crate::film::{DisplayTransform, Film};
 
@@ -18,6 +24,7 @@ pub const PNG: Format = Format {
     holds: |_| false,
     encode: |film, render, metadata| encode(film, render, metadata).map_err(|e| e.to_string()),
     decode,
+    pixels,
     read_header: |bytes| read_header(bytes).ok_or_else(|| "not a PNG picture".into()),
     checked_metadata,
     relabel: |bytes, _, changed| chunks::with_metadata(bytes, changed),
@@ -34,18 +41,17 @@ fn encode(film: &Film, render: &Render, metadata: &Metadata) -> Result<Vec<u8>, 
     // A fifth larger than the usual, in a twentieth of the time: where little changes, that is what a frame costs.
     encoder.set_compression(Compression::Fast);
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
-    for (keyword, text) in metadata {
-        encoder.add_itxt_chunk(keyword.clone(), text.clone())?;
-    }
-    if render.bit_depth == 16 {
-        encoder.set_depth(BitDepth::Sixteen);
-        let data: Vec<u8> =
-            film.to_rgb16(DisplayTransform::new(render)).into_iter().flat_map(u16::to_be_bytes).collect();
-        encoder.write_header()?.write_image_data(&data)?;
+    let is_deep = render.bit_depth == 16;
+    let data = if is_deep {
+        film.to_rgb16(DisplayTransform::new(render)).into_iter().flat_map(u16::to_be_bytes).collect()
     } else {
-        encoder.set_depth(BitDepth::Eight);
-        encoder.write_header()?.write_image_data(&film.to_rgb8(DisplayTransform::new(render)))?;
+        film.to_rgb8(DisplayTransform::new(render))
+    };
+    for (keyword, text) in with_pixels(metadata, || digest_of(film.width, film.height, &data, is_deep, 3)) {
+        encoder.add_itxt_chunk(keyword, text)?;
     }
+    encoder.set_depth(if is_deep { BitDepth::Sixteen } else { BitDepth::Eight });
+    encoder.write_header()?.write_image_data(&data)?;
     Ok(bytes)
 }
 
@@ -66,6 +72,55 @@ pub fn encode_rgb8(pixels: &[u8], [width, height]: [u32; 2], metadata: &Metadata
     Ok(bytes)
 }
 
+/// The digest of a picture's size and its colours in sixteen bits a channel, however they are stored.
+fn digest_of(width: u32, height: u32, data: &[u8], is_deep: bool, channels: usize) -> Digest {
+    let mut hasher = Hasher::default();
+    hasher.word(width.into());
+    hasher.word(height.into());
+    let mut block = Vec::with_capacity(BLOCK);
+    let step = if is_deep { 2 } else { 1 };
+    for pixel in data.chunks_exact(step * channels) {
+        for channel in 0..3 {
+            // Grey is the same in all three.
+            let at = if channels < 3 { 0 } else { channel * step };
+            block.extend([pixel[at], pixel[at + step - 1]]);
+        }
+        if block.len() + 6 > BLOCK {
+            hasher.bytes(&block);
+            block.clear();
+        }
+    }
+    hasher.bytes(&block);
+    hasher.finish()
+}
+
+/// Bytes that are hashed at once.
+const BLOCK: usize = 1 << 14;
+
+/// The digest of the pixels of a PNG file, as they are in it; `None` if it is none, or shows what is behind it.
+fn pixels(bytes: &[u8]) -> Option<Digest> {
+    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: limits::FRAME_FILE_BYTES as usize });
+    decoder.set_transformations(Transformations::EXPAND);
+    let mut reader = decoder.read_info().ok()?;
+    let (width, height) = reader.info().size();
+    if u64::from(width) * u64::from(height) > limits::FRAME_PIXELS {
+        return None;
+    }
+    let mut data = vec![0; reader.output_buffer_size()?];
+    let frame = reader.next_frame(&mut data).ok()?;
+    data.truncate(frame.buffer_size());
+    let is_deep = frame.bit_depth == BitDepth::Sixteen;
+    let channels = frame.color_type.samples();
+    let step = if is_deep { 2 } else { 1 };
+    let is_opaque = |pixel: &[u8]| pixel[step * (channels - 1)..].iter().all(|byte| *byte == u8::MAX);
+    if matches!(frame.color_type, ColorType::Rgba | ColorType::GrayscaleAlpha)
+        && !data.chunks_exact(step * channels).all(is_opaque)
+    {
+        return None;
+    }
+    Some(digest_of(width, height, &data, is_deep, channels))
+}
+
 /// Colours of 8 or 16 bits, 0 to 1.
 fn decode(bytes: &[u8]) -> Result<Decoded, String> {
     let picture = image::load_from_memory_with_format(bytes, image::ImageFormat::Png).map_err(|e| e.to_string())?;
@@ -76,7 +131,7 @@ fn decode(bytes: &[u8]) -> Result<Decoded, String> {
 
 /// Size and metadata of a PNG file; `None` if it is not one.
 fn read_header(bytes: &[u8]) -> Option<PictureHeader> {
-    let mut reader = Decoder::new(std::io::Cursor::new(bytes)).read_info().ok()?;
+    let mut reader = Decoder::new(Cursor::new(bytes)).read_info().ok()?;
     reader.finish().ok()?;
     let info = reader.info();
     let plain = info.uncompressed_latin1_text.iter().map(|t| (t.keyword.clone(), t.text.clone()));
@@ -112,5 +167,33 @@ mod tests {
             assert_eq!(first, expected);
         }
         assert_eq!(read_header(b"not a picture"), None);
+    }
+
+    #[test]
+    fn the_digest_is_of_what_is_shown_and_not_of_how_it_is_stored() {
+        let grey = |x: f32| Film { pixels: vec![[x; 3]; 6], ..Film::new(3, 2) };
+        let hash: Metadata = vec![("Hash".into(), "0".into())];
+        let file = |film: &Film, bit_depth| {
+            encode(film, &Render { bit_depth, transfer: Transfer::Linear, ..Render::default() }, &hash).unwrap()
+        };
+        let stored = |color: ColorType, depth: BitDepth, data: &[u8]| {
+            let mut bytes = Vec::new();
+            let mut encoder = Encoder::new(&mut bytes, 3, 2);
+            encoder.set_color(color);
+            encoder.set_depth(depth);
+            encoder.write_header().unwrap().write_image_data(data).unwrap();
+            pixels(&bytes)
+        };
+        let white = pixels(&file(&grey(1.0), 8));
+        assert!(white.is_some() && white == pixels(&file(&grey(1.0), 16)));
+        assert_eq!(stored(ColorType::Grayscale, BitDepth::Eight, &[255; 6]), white);
+        assert_eq!(stored(ColorType::Grayscale, BitDepth::One, &[0xff; 2]), white);
+        assert_eq!(stored(ColorType::Rgba, BitDepth::Eight, &[255; 24]), white);
+        assert_eq!(stored(ColorType::GrayscaleAlpha, BitDepth::Eight, &[255, 254].repeat(6)), None);
+        assert_ne!(stored(ColorType::Grayscale, BitDepth::Eight, &[254; 6]), white);
+        assert_ne!(pixels(&file(&grey(0.5), 8)), pixels(&file(&grey(0.5), 16)));
+        let metadata = read_header(&file(&grey(1.0), 8)).unwrap().metadata;
+        assert_eq!(metadata[1], ("Pixels".to_string(), white.unwrap().to_string()));
+        assert_eq!(pixels(b"no picture"), None);
     }
 }

@@ -10,7 +10,7 @@ use super::HostCommand;
 use super::autopsy::{self, Autopsy, SentCall};
 use super::protocol::Opening;
 use super::worker::{Death, HostWorker, SentScene};
-use crate::base::diagnostics::Diagnostics;
+use crate::base::diagnostics::{Diagnostics, Place, Subject};
 use crate::base::project::Project;
 use crate::components::{Edit, Scene};
 use crate::script::Moment;
@@ -83,6 +83,16 @@ impl HostPool {
             }
             Err(death) => Err(self.explain(&death, Some((&scene, time)))),
         }
+    }
+
+    /// Where a call writes to a part of the scene; nobody knows if its process ends.
+    pub fn place_of(&self, scene: &Arc<Scene>, time: Option<Moment>, subject: Subject) -> Option<Place> {
+        let scene = self.sent(scene);
+        let idle = lock(&self.idle).pop();
+        let mut worker = idle.or_else(|| self.another().ok().map(|(worker, _)| worker))?;
+        let place = worker.place_of(&scene, time, subject, &self.project).ok()?;
+        lock(&self.idle).push(worker);
+        place.ok().flatten()
     }
 
     fn another(&self) -> Result<(HostWorker, Opened), Diagnostics> {

@@ -4,10 +4,11 @@ use std::io::{self, Read, Write};
 use std::path::PathBuf;
 
 use crate::base::codec::{Codec, Decoder, Encoder, Malformed};
-use crate::base::diagnostics::{Diagnostics, Place};
+use crate::base::diagnostics::{Diagnostics, Place, ScenePart};
 use crate::base::limits;
 use crate::base::project::FileRole;
 use crate::base::rate::Rate;
+use crate::components::Kind;
 use crate::script::Moment;
 use crate::script::time::{Header, TimeMode};
 
@@ -21,6 +22,8 @@ pub enum Request {
     Call(Option<Moment>),
     /// How what follows is to be run.
     Probe(Probing),
+    /// Where a call writes to a part of the scene; answered with a place, if there is one.
+    PlaceOf(Option<Moment>, ScenePart, Option<&'static str>),
 }
 
 /// How far and how closely watched a run is to be made, to find out where it ends its process.
@@ -103,6 +106,29 @@ impl Codec for FileRole {
     }
 }
 
+impl Codec for ScenePart {
+    fn encode(&self, to: &mut Encoder) {
+        let (tag, index) = match self {
+            ScenePart::Camera => (0u8, 0),
+            ScenePart::Render => (1, 0),
+            ScenePart::Material(index) => (2, *index),
+            ScenePart::Entity(index) => (3, *index),
+        };
+        to.put(&tag);
+        to.put(&index);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        let (tag, index) = (from.get::<u8>()?, from.get()?);
+        match tag {
+            0 => Ok(ScenePart::Camera),
+            1 => Ok(ScenePart::Render),
+            2 => Ok(ScenePart::Material(index)),
+            3 => Ok(ScenePart::Entity(index)),
+            _ => Err(Malformed),
+        }
+    }
+}
+
 impl Codec for Probing {
     fn encode(&self, to: &mut Encoder) {
         let (is_stop, a, b) = match self {
@@ -155,6 +181,12 @@ impl Codec for Request {
                 to.put(&3u8);
                 to.put(probing);
             }
+            Request::PlaceOf(time, part, component) => {
+                to.put(&4u8);
+                to.put(time);
+                to.put(part);
+                to.put(&component.map(str::to_string));
+            }
         }
     }
     fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
@@ -163,6 +195,11 @@ impl Codec for Request {
             1 => Ok(Request::Scene),
             2 => from.get().map(Request::Call),
             3 => from.get().map(Request::Probe),
+            4 => {
+                let (time, part, component) = (from.get()?, from.get()?, from.get::<Option<String>>()?);
+                let component = component.and_then(|name| Kind::parse(&name)).map(Kind::name);
+                Ok(Request::PlaceOf(time, part, component))
+            }
             _ => Err(Malformed),
         }
     }

@@ -102,6 +102,11 @@ fn work() -> io::Result<()> {
                 let files = session.new_files();
                 say(&Reply::Done { outcome, files }, &mut session.encoder);
             }
+            Request::PlaceOf(time, part, component) => {
+                let place = |script: &Interpreter| script.place_of(&session.scene, time, part, component);
+                let outcome = bounded(|| Ok(session.script.as_ref().and_then(place)));
+                say(&Reply::Done { outcome, files: Vec::new() }, &mut session.encoder);
+            }
         }
     }
     main.unpark();

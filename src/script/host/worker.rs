@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::HostCommand;
 use super::protocol::{Opened, Opening, Probing, Reply, Request, receive, send};
 use crate::base::codec::{Codec, Decoder, Encoder, Malformed, SharedTable};
-use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, Place, Subject};
 use crate::base::project::Project;
 use crate::components::{Edit, Scene};
 use crate::script::Moment;
@@ -98,6 +98,27 @@ impl HostWorker {
         time: Option<Moment>,
         project: &Project,
     ) -> Result<Result<Vec<Edit>, Diagnostics>, Death> {
+        self.show(scene)?;
+        self.ask(&Request::Call(time), project)
+    }
+
+    /// Where a call writes to a part of the scene.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn place_of(
+        &mut self,
+        scene: &Arc<SentScene>,
+        time: Option<Moment>,
+        subject: Subject,
+        project: &Project,
+    ) -> Result<Result<Option<Place>, Diagnostics>, Death> {
+        self.show(scene)?;
+        self.ask(&Request::PlaceOf(time, subject.part, subject.component), project)
+    }
+
+    /// Sends a scene, unless it is there.
+    fn show(&mut self, scene: &Arc<SentScene>) -> Result<(), Death> {
         if self.scene.as_ref().is_none_or(|known| !Arc::ptr_eq(known, scene)) {
             let sent = self.send(&Request::Scene).and_then(|()| match &mut self.input {
                 Some(input) => send(input, &scene.bytes),
@@ -106,7 +127,7 @@ impl HostWorker {
             sent.map_err(|_| self.death(None, None))?;
             self.scene = Some(scene.clone());
         }
-        self.ask(&Request::Call(time), project)
+        Ok(())
     }
 
     fn send(&mut self, request: &Request) -> io::Result<()> {
