@@ -216,14 +216,14 @@ fn next_of(subject: &str) -> Option<String> {
 /// The subject of the digests of a frame's parts.
 pub const PARTS: &str = "parts";
 
-type Subjects<'a> = FxHashMap<(Topic, String), Vec<&'a Fact>>;
+type FactsBySubject<'a> = FxHashMap<(Topic, String), Vec<&'a Fact>>;
 
 /// Every subject of either description in order, with the changes of its facts.
 fn ordered(
     before: &FrameDescription,
     now: &FrameDescription,
-    known: &Subjects,
-    there: &Subjects,
+    known: &FactsBySubject,
+    there: &FactsBySubject,
 ) -> Vec<((Topic, String), Vec<SceneChange>)> {
     let mut keys: Vec<(Topic, String)> = Vec::new();
     let mut seen = rustc_hash::FxHashSet::default();

@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use super::format::Format;
+use super::metadata::{PIXELS, text_under};
 use super::{exr, png};
 use crate::base::diagnostics::{Cause, Diagnostic};
 use crate::components::{Aov, Render};
@@ -65,6 +66,12 @@ impl Format {
         }
         Ok(())
     }
+}
+
+/// What a file says of its pixels, without a look at them.
+pub(super) fn pixels_note(bytes: &[u8]) -> Option<String> {
+    let header = (Format::of_bytes(bytes)?.read_header)(bytes).ok()?;
+    text_under(&header.metadata, PIXELS).map(str::to_string)
 }
 
 #[cfg(test)]

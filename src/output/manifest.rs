@@ -103,7 +103,7 @@ impl Manifest {
             provenance: provenance.clone(),
             bytes: bytes.len() as u64,
             checksum,
-            pixels: super::state::pixels_note(bytes),
+            pixels: super::formats::pixels_note(bytes),
             input: Some(self.input.clone()).filter(|input| !input.is_empty()),
         };
         let mut log = OpenOptions::new().append(true).create(true).open(self.folder.join(NAME))?;

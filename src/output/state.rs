@@ -52,12 +52,6 @@ fn hash_of(metadata: &Metadata) -> Option<&str> {
     text_under(metadata, HASH)
 }
 
-/// What a file says of its pixels, without a look at them.
-pub(super) fn pixels_note(bytes: &[u8]) -> Option<String> {
-    let header = (Format::of_bytes(bytes)?.read_header)(bytes).ok()?;
-    text_under(&header.metadata, PIXELS).map(str::to_string)
-}
-
 /// The digest of a file's pixels as they are.
 fn pixels_of(bytes: &[u8]) -> Option<String> {
     (Format::of_bytes(bytes)?.pixels)(bytes).map(|digest| digest.to_string())
@@ -103,6 +97,7 @@ mod tests {
     use super::*;
     use crate::components::Render;
     use crate::film::Film;
+    use crate::output::formats::pixels_note;
     use crate::output::{exr::EXR, png::PNG};
 
     #[test]

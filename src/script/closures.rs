@@ -23,12 +23,6 @@ pub fn register(engine: &mut Engine) {
     for word in ["to_string", "to_debug", "print", "debug"] {
         engine.register_fn(word, |function: &mut FnPtr| format!("Fn({})", name(function)));
     }
-    // The engine's list of functions tells them, too.
-    let list = || -> Fallible<()> { complain("`get_fn_metadata_list` is not there for scripts", None) };
-    engine
-        .register_fn("get_fn_metadata_list", list)
-        .register_fn("get_fn_metadata_list", move |_: &str| list())
-        .register_fn("get_fn_metadata_list", move |_: &str, _: i64| list());
 }
 
 fn no_list() -> Fallible<()> {

@@ -19,7 +19,7 @@ use crate::components::{Edit, Scene};
 
 /// How a function of a script is run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Mode {
+enum RunMode {
     Called,
     /// As a text of its own, so that places are not lost.
     Unwrapped,
@@ -109,7 +109,7 @@ impl Interpreter {
     /// Mistakes of the script, with their places and the frame.
     pub fn call(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Result<Vec<Edit>, Diagnostics> {
         let (outcome, handle) =
-            self.run(scene, time, if sandbox::is_probing() { Mode::Unwrapped } else { Mode::Called });
+            self.run(scene, time, if sandbox::is_probing() { RunMode::Unwrapped } else { RunMode::Called });
         let error = match outcome {
             Ok(()) => return Ok(handle.into_edits()),
             Err(error) => error,
@@ -128,10 +128,10 @@ impl Interpreter {
         part: ScenePart,
         component: Option<&'static str>,
     ) -> Option<Place> {
-        let (_, handle) = self.run(scene, time, Mode::Marking);
+        let (_, handle) = self.run(scene, time, RunMode::Marking);
         let step = *handle.take_marks().get(&(part, component))?;
         sandbox::set_probe(sandbox::Probe { stop_at: Some(step), report: None });
-        let (outcome, _) = self.run(scene, time, Mode::Unwrapped);
+        let (outcome, _) = self.run(scene, time, RunMode::Unwrapped);
         sandbox::set_probe(sandbox::Probe::default());
         let at = outcome.err().map(|error| errors::position(&error)).filter(|at| !at.is_none())?;
         Some(self.sources.main().place(at))
@@ -139,7 +139,7 @@ impl Interpreter {
 
     /// Runs a function: called, or as a text of its own, which loses no places but is another thing in corners of the
     /// language.
-    fn run(&self, scene: &Arc<Scene>, time: Option<Moment>, mode: Mode) -> (Fallible<()>, SceneHandle) {
+    fn run(&self, scene: &Arc<Scene>, time: Option<Moment>, mode: RunMode) -> (Fallible<()>, SceneHandle) {
         let number = time.map_or(0, |(number, _)| number);
         let seed = hash::hash_words([self.header.seed, u64::from(number)]);
         let handle = SceneHandle::new(
@@ -147,7 +147,7 @@ impl Interpreter {
             seed,
             time.map_or(0.0, |(_, offset)| offset),
         );
-        if mode == Mode::Marking {
+        if mode == RunMode::Marking {
             handle.keep_marks();
         }
         let mut scope = Scope::new();
@@ -160,7 +160,7 @@ impl Interpreter {
         let function = if time.is_some() { "frame" } else { "setup" };
         sandbox::start_call();
         let outcome = sandbox::guarded(|| match frame {
-            _ if mode != Mode::Called => self.run_body(function, scope, [Some(scene), frame]),
+            _ if mode != RunMode::Called => self.run_body(function, scope, [Some(scene), frame]),
             None => self.call_function(function, &mut scope, &handle, (scene,)),
             Some(frame) => self.call_function(function, &mut scope, &handle, (scene, frame)),
         });
@@ -208,7 +208,7 @@ impl Interpreter {
             return None;
         }
         sandbox::set_probe(sandbox::Probe { stop_at: Some(sandbox::steps()), report: None });
-        let (outcome, _) = self.run(scene, time, Mode::Unwrapped);
+        let (outcome, _) = self.run(scene, time, RunMode::Unwrapped);
         sandbox::set_probe(sandbox::Probe::default());
         outcome.err().map(|error| errors::position(&error))
     }

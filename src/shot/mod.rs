@@ -286,7 +286,7 @@ impl Input {
         let fingerprints: Vec<Fingerprint> = slices.iter().map(|slice| slice.fingerprint(&self.base)).collect();
         self.with_slices(stage, frame, slices, |stage, _| {
             systems::check(stage)?;
-            files::load_images(stage)?;
+            files::load_all(stage)?;
             target.map_or(Ok(()), |target| run::check_settings(&stage.settings(), &target.path(frame)))?;
             Ok(true)
         })?;

@@ -107,7 +107,7 @@ fn what_a_script_does_to_the_scene_has_a_place() {
 
 #[test]
 fn what_a_scene_says_has_a_place_when_it_is_seen_late() {
-    let scene = "(\n  camera: (aperture: 0.1, at: (0.0, 1.0, 9.0),\n    focus: Point((0.0, 0.0, 0.0))),\n)";
+    let scene = "(\n  camera: (aperture: 0.1, at: (0.0, 1.0, 9.0),\n    focus: Point(0.0, 0.0, 0.0)),\n)";
     mistake("a.ron", scene, &["a.ron:3:12", "behind it"]);
     let twice = "(entities: [\n  (name: \"a\", sphere: (),\n   name: \"b\"),\n])";
     mistake("a.ron", twice, &["a.ron:3:", "name"]);

@@ -143,7 +143,7 @@ fn frames_that_are_no_sequence_are_explained_and_leave_no_film() {
         desk.anim(&format!("film f -o a.{ending}")).fails(3, &["a.0004.png", "damaged"]);
         desk.write("f/a.0004.png", "no picture");
         desk.anim(&format!("film f -o a.{ending}")).fails(3, &["a.0004.png"]);
-        desk.anim("render a.ron --size 8x8 -o f/a.0004.png").ok();
+        desk.anim("render a.ron --size 8x8 -o f/a.0004.png --overwrite").ok();
         desk.anim(&format!("film f -o a.{ending}")).fails(3, &["a.0004.png has 8x8 pixels", "24x16"]);
     }
     desk.write("f/b.0001.png", &whole);
