@@ -11,6 +11,7 @@
 //! | room | what happens there |
 //! |---|---|
 //! | [`cli`] | one file per command; raw flags are resolved once, here; the only place that prints |
+//! | [`guide`] | the reference: pages from the tables of fields and functions, as text, HTML and JSON |
 //! | [`shot`] | a sequence: its frames as data and as digests, plan, what is kept, shared and copied, run |
 //! | [`compare`] | image metrics (FLIP), golden frames, reports, the viewer of pictures for pages |
 //! | [`systems`] | plain functions over the hecs World: spawn animate hierarchy lights extract accelerate render |
@@ -90,6 +91,7 @@ pub mod compare;
 pub mod components;
 #[warn(clippy::wildcard_enum_match_arm)]
 pub mod film;
+pub mod guide;
 pub mod load;
 #[warn(clippy::wildcard_enum_match_arm)]
 pub mod output;

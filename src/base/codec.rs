@@ -294,7 +294,7 @@ impl Codec for Place {
     }
 }
 
-const SEVERITIES: [Severity; 2] = [Severity::Error, Severity::Warning];
+const SEVERITIES: [Severity; 3] = [Severity::Error, Severity::Warning, Severity::Note];
 const CAUSES: [Cause; 4] = [Cause::Input, Cause::Usage, Cause::Io, Cause::Interrupted];
 
 /// The place of a word in the list of all.

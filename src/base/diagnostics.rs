@@ -13,6 +13,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use super::limits;
+use super::synonyms::by_meaning;
 
 /// Whether a diagnostic stops what it is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +22,8 @@ pub enum Severity {
     Error,
     /// It does not.
     Warning,
+    /// A line that the input itself says, as a script does with `print`.
+    Note,
 }
 
 /// What kind of failure a diagnostic belongs to; the command line turns it into an exit code.
@@ -204,6 +207,9 @@ impl Diagnostic {
 
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.severity == Severity::Note {
+            return f.write_str(&self.message);
+        }
         if let Some(place) = &self.place {
             write!(f, "{}:", place.file)?;
             if place.line > 0 {
@@ -214,6 +220,7 @@ impl fmt::Display for Diagnostic {
         let word = match self.severity {
             Severity::Error => "error",
             Severity::Warning => "warning",
+            Severity::Note => "note",
         };
         write!(f, "{word}: {}", self.message)?;
         if let Some(place) = &self.place
@@ -255,6 +262,12 @@ impl Diagnostics {
         self.0.push(diagnostic);
     }
 
+    /// These diagnostics behind lines that the input itself has said.
+    pub fn after(self, said: Vec<String>) -> Self {
+        let note = |message| Diagnostic { severity: Severity::Note, ..Diagnostic::error(message) };
+        Diagnostics(said.into_iter().map(note).chain(self.0).collect())
+    }
+
     /// Whether one of them is an error.
     pub fn has_errors(&self) -> bool {
         self.0.iter().any(Diagnostic::is_error)
@@ -274,13 +287,19 @@ impl From<Diagnostic> for Diagnostics {
 
 impl fmt::Display for Diagnostics {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, diagnostic) in self.0.iter().take(limits::DIAGNOSTICS).enumerate() {
+        let mut shown = 0;
+        for (i, diagnostic) in self.0.iter().enumerate() {
+            let is_note = diagnostic.severity == Severity::Note;
+            if !is_note && shown == limits::DIAGNOSTICS {
+                break;
+            }
+            shown += usize::from(!is_note);
             if i > 0 {
                 writeln!(f)?;
             }
             write!(f, "{diagnostic}")?;
         }
-        let more = self.0.len().saturating_sub(limits::DIAGNOSTICS);
+        let more = self.0.iter().filter(|one| one.severity != Severity::Note).count() - shown;
         if more > 0 {
             write!(f, "\n... and {more} more")?;
         }
@@ -297,14 +316,39 @@ pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
     (best.0 <= limit && best.0 < found.chars().count().max(2)).then_some(best.1)
 }
 
+/// "did you mean `x`?" for the known word that is meant, by its letters or by its meaning.
+pub fn did_you_mean(found: &str, known: &[&str]) -> Option<String> {
+    let close = nearest(found, known.iter().copied());
+    // A letter or two amiss is a slip; anything further is a word that someone means.
+    let is_slip = |word: &&str| strsim::damerau_levenshtein(&found.to_lowercase(), &word.to_lowercase()) <= 1;
+    match (close.filter(is_slip), by_meaning(found, known)) {
+        (None, Some((word, ""))) => Some(format!("did you mean `{word}`?")),
+        (None, Some((word, note))) => Some(format!("did you mean `{word}`? ({note})")),
+        _ => close.map(|word| format!("did you mean `{word}`?")),
+    }
+}
+
 /// "did you mean `x`?", or the list of all known words if none is near and the list is short.
 pub fn suggestion<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let known: Vec<&str> = known.into_iter().collect();
-    if let Some(word) = nearest(found, known.iter().copied()) {
-        return Some(format!("did you mean `{word}`?"));
+    if let Some(help) = did_you_mean(found, &known) {
+        return Some(help);
     }
     let list = || known.iter().map(|w| format!("`{w}`")).collect::<Vec<_>>().join(", ");
     (!known.is_empty() && known.len() <= 40).then(|| format!("expected one of {}", list()))
+}
+
+/// Ascending numbers as `1-4, 7`.
+pub fn ranges(numbers: &[u32]) -> String {
+    let runs = numbers.chunk_by(|a, b| a + 1 == *b).map(|run| match run {
+        [one] => one.to_string(),
+        _ => format!("{}-{}", run[0], run[run.len() - 1]),
+    });
+    let runs: Vec<String> = runs.collect();
+    match runs.len() {
+        0..=20 => runs.join(", "),
+        _ => format!("{}, ...", runs[..20].join(", ")),
+    }
 }
 
 #[cfg(test)]

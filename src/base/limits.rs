@@ -141,6 +141,16 @@ pub const SCRIPT_STRING_BYTES: usize = 1 << 20;
 pub const SCRIPT_ARRAY: usize = 32_768;
 /// Entries of one object map in a script, counted like those of arrays.
 pub const SCRIPT_MAP: usize = 32_768;
+/// A file of data that a script reads: a million rows of sixty letters.
+pub const DATA_FILE_BYTES: u64 = 64 << 20;
+/// States of one simulation together: a thousand balls over ten thousand steps.
+pub const SIMULATION_BYTES: usize = 256 << 20;
+/// Steps of a simulation from one frame to the next.
+pub const STEPS_PER_FRAME: u32 = 1_000;
+/// Distinct lines that are kept of what a script prints: more are noise, and each takes memory.
+pub const SCRIPT_PRINTS: usize = 10_000;
+/// Points of one path: its table of lengths has sixteen places for each.
+pub const PATH_POINTS: usize = 65_536;
 /// Script variables in scope, functions and modules.
 pub const SCRIPT_ITEMS: usize = 4_096;
 

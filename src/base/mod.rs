@@ -1,10 +1,10 @@
 //! Ground floor: what every room needs and nothing about scenes.
 //!
-//! Exact mathematics ([`math`]), stateless random numbers ([`random`]), colour transfer ([`color`]), every cap of the
-//! program ([`limits`]), capped reading ([`files`]) below a project's root ([`project`]), encodings ([`text`]), digests of
-//! content ([`digest`]), values as bytes for another process ([`codec`]), processor time ([`clock`]), memory held
-//! ([`memory`]), frame rates as fractions ([`rate`]), the built-in font ([`font`]) and the one shape that all mistakes are
-//! reported in ([`diagnostics`]).
+//! Exact mathematics ([`math`], [`rotation`]), stateless random numbers ([`random`]), colour transfer ([`color`]), every cap
+//! of the program ([`limits`]), words of other tools ([`synonyms`]), capped reading ([`files`]) below a project's root
+//! ([`project`]), encodings ([`text`]), digests of content ([`digest`]), values as bytes for another process ([`codec`]), processor time
+//! ([`clock`]), memory held ([`memory`]), frame rates as fractions ([`rate`]), the built-in font ([`font`]) and the one shape
+//! that all mistakes are reported in ([`diagnostics`]).
 
 pub mod clock;
 pub mod codec;
@@ -19,4 +19,6 @@ pub mod memory;
 pub mod project;
 pub mod random;
 pub mod rate;
+pub mod rotation;
+pub mod synonyms;
 pub mod text;

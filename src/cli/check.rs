@@ -1,12 +1,20 @@
 //! `anim check`: everything but the rendering.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::{AccessArguments, Exit, evaluation, exit_code, parse_define, print, say};
+use serde_json::{Map, Value, json};
+
+use super::{AccessArguments, Exit, evaluation, exit_code, parse_define, print, say, say_printed};
 use crate::base::diagnostics::Diagnostics;
-use crate::shot::{self, OpenOptions};
+use crate::components;
+use crate::script::{Parameter, ParameterKind};
+use crate::shot::{self, OpenOptions, Shot};
 
 #[derive(clap::Args)]
+#[command(after_help = "Examples:
+  anim check scripts/*.rhai scenes/*.ron        find mistakes without rendering
+  anim check show.rhai --params                 what -D can set, with ranges and defaults
+  anim check show.rhai --params --json          the same, for programs")]
 pub struct CheckArguments {
     /// Scripts and scenes
     #[arg(required = true)]
@@ -17,6 +25,15 @@ pub struct CheckArguments {
     /// Refuse what a tolerant reader of NFF and P3F skips with a warning
     #[arg(long)]
     strict: bool,
+    /// List the parameters that the scripts declare
+    #[arg(long)]
+    params: bool,
+    /// Answer in JSON, one object a line for each input
+    #[arg(long)]
+    json: bool,
+    /// Write what the scripts print to a file instead of stderr
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
     #[command(flatten)]
     access: AccessArguments,
 }
@@ -24,22 +41,8 @@ pub struct CheckArguments {
 pub fn run(arguments: CheckArguments) -> Result<Exit, Diagnostics> {
     let mut worst = Exit::Done;
     for input in &arguments.inputs {
-        let options = OpenOptions {
-            defines: arguments.defines.clone(),
-            strict: arguments.strict,
-            access: arguments.access.access(),
-            evaluation: evaluation()?,
-            ..OpenOptions::default()
-        };
-        let checked = shot::open_with(input, options).and_then(|(mut shot, warnings)| {
-            say(&warnings);
-            let frames: Vec<u32> = (1..=shot.frames()).collect();
-            shot::plan::check(&mut shot, &frames)?;
-            let what = if shot.is_sequence() { format!("{} frames", frames.len()) } else { "one picture".into() };
-            Ok(format!("{}: {what}, {} entities: good\n", input.display(), shot.stage.entity_count()))
-        });
-        match checked {
-            Ok(line) => print(&line),
+        match check(input, &arguments) {
+            Ok(answer) => print(&answer),
             Err(problems) => {
                 say(&problems);
                 worst = worst.worse(exit_code(&problems));
@@ -47,4 +50,81 @@ pub fn run(arguments: CheckArguments) -> Result<Exit, Diagnostics> {
         }
     }
     Ok(worst)
+}
+
+/// Evaluates all frames of an input and says that it is good, or what its parameters are.
+fn check(input: &Path, arguments: &CheckArguments) -> Result<String, Diagnostics> {
+    let options = OpenOptions {
+        defines: arguments.defines.clone(),
+        strict: arguments.strict,
+        access: arguments.access.access(),
+        evaluation: evaluation()?,
+        ..OpenOptions::default()
+    };
+    let (mut shot, warnings) = shot::open_with(input, options)?;
+    say(&warnings);
+    let frames: Vec<u32> = (1..=shot.frames()).collect();
+    let checked = shot::plan::check(&mut shot, &frames);
+    say_printed(&shot, arguments.log.as_deref())?;
+    checked?;
+    if arguments.params {
+        return Ok(if arguments.json { parameters_json(input, &shot) } else { parameters_text(&shot) });
+    }
+    let what = if shot.is_sequence() { format!("{} frames", frames.len()) } else { "one picture".into() };
+    let entities = shot.stage.entity_count();
+    if arguments.json {
+        let answer = json!({ "input": input.to_string_lossy(), "frames": frames.len(), "entities": entities });
+        return Ok(format!("{answer}\n"));
+    }
+    Ok(format!("{}: {what}, {entities} entities: good\n", input.display()))
+}
+
+fn parameters_text(shot: &Shot) -> String {
+    shot.parameters().iter().map(|parameter| format!("{}\n", parameter.line())).collect()
+}
+
+fn parameters_json(input: &Path, shot: &Shot) -> String {
+    let list: Vec<Value> = shot.parameters().iter().map(parameter_json).collect();
+    format!("{}\n", json!({ "input": input.to_string_lossy(), "parameters": list }))
+}
+
+fn parameter_json(parameter: &Parameter) -> Value {
+    let mut out = Map::new();
+    out.insert("name".into(), parameter.name.to_string().into());
+    out.insert("kind".into(), parameter.kind.word().into());
+    out.insert("default".into(), value_json(&parameter.default));
+    match &parameter.kind {
+        ParameterKind::Number(range) | ParameterKind::Whole(range) => {
+            for (name, limit) in [("min", range.min), ("max", range.max), ("step", range.step)] {
+                if let Some(x) = limit {
+                    let is_whole = matches!(parameter.kind, ParameterKind::Whole(_));
+                    out.insert(name.into(), if is_whole { json!(x as i64) } else { json!(x) });
+                }
+            }
+        }
+        ParameterKind::Choice(words) => {
+            let words: Vec<&str> = words.iter().map(|word| &**word).collect();
+            out.insert("choices".into(), json!(words));
+        }
+        ParameterKind::Switch | ParameterKind::Color | ParameterKind::Vector | ParameterKind::Text => {}
+    }
+    if let Some(label) = &parameter.label {
+        out.insert("label".into(), label.to_string().into());
+    }
+    Value::Object(out)
+}
+
+fn value_json(value: &components::Value) -> Value {
+    match value {
+        components::Value::Unit => Value::Null,
+        components::Value::Bool(b) => json!(b),
+        components::Value::Int(i) => json!(i),
+        components::Value::Number(x) => json!(x),
+        components::Value::Text(text) => json!(&**text),
+        components::Value::Vec3(v) => json!([v.x, v.y, v.z]),
+        components::Value::List(items) => Value::Array(items.iter().map(value_json).collect()),
+        components::Value::Map(entries) => {
+            Value::Object(entries.iter().map(|(key, value)| (key.to_string(), value_json(value))).collect())
+        }
+    }
 }

@@ -8,6 +8,7 @@ mod check;
 mod diff;
 mod film;
 mod frames;
+mod guide;
 mod pictures;
 mod plan;
 mod progress;
@@ -18,8 +19,8 @@ mod test;
 mod threads;
 
 use std::ffi::OsString;
-use std::io::Write;
-use std::path::PathBuf;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::OnceLock;
 
@@ -27,9 +28,10 @@ use clap::{Parser, Subcommand};
 
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::base::project::Access;
+use crate::output;
 use crate::script::Evaluation;
 use crate::script::host::{self, HOST_WORD, HostCommand};
-use crate::shot::{OpenOptions, Overrides};
+use crate::shot::{OpenOptions, Overrides, Shot};
 
 #[derive(Parser)]
 #[command(
@@ -72,6 +74,12 @@ enum Command {
     Test(test::TestArguments),
     /// Show what a picture or a film says of its making
     Info(pictures::InfoArguments),
+    /// The reference: fields, functions, mistakes, words of other tools
+    Guide(guide::GuideArguments),
+    /// Print completions for a shell
+    Completions(guide::CompletionsArguments),
+    /// Write manual pages into a folder
+    Man(guide::ManArguments),
 }
 
 impl Command {
@@ -81,8 +89,22 @@ impl Command {
     }
 }
 
-const COMMANDS: [&str; 11] =
-    ["render", "check", "plan", "film", "sheet", "dump", "convert", "diff", "test", "info", "help"];
+const COMMANDS: [&str; 14] = [
+    "render",
+    "check",
+    "plan",
+    "film",
+    "sheet",
+    "dump",
+    "convert",
+    "diff",
+    "test",
+    "info",
+    "guide",
+    "completions",
+    "man",
+    "help",
+];
 
 /// What an input is and how it is read; shared by the commands that open one.
 #[derive(clap::Args)]
@@ -95,8 +117,26 @@ struct InputArguments {
     /// Refuse what a tolerant reader of NFF and P3F skips with a warning
     #[arg(long)]
     strict: bool,
+    /// Write what the script prints to a file instead of stderr
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
     #[command(flatten)]
     access: AccessArguments,
+}
+
+/// Shows what the script of a shot has printed: on stderr, or in the file of `--log`.
+fn say_printed(shot: &Shot, log: Option<&Path>) -> Result<(), Diagnostics> {
+    let lines = shot.take_printed();
+    match log {
+        Some(file) => {
+            let text: String = lines.iter().map(|line| format!("{line}\n")).collect();
+            Ok(output::write_atomic(file, text.as_bytes())?)
+        }
+        None => {
+            say(&Diagnostics::default().after(lines));
+            Ok(())
+        }
+    }
 }
 
 /// What inputs may read; shared by all commands that read some.
@@ -192,6 +232,9 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         Command::Diff(arguments) => diff::diff(arguments),
         Command::Test(arguments) => test::run(arguments),
         Command::Info(arguments) => pictures::info(arguments),
+        Command::Guide(arguments) => guide::run(&arguments),
+        Command::Completions(arguments) => guide::completions(&arguments),
+        Command::Man(arguments) => guide::man(&arguments),
     });
     let exit = outcome.unwrap_or_else(|problems| {
         say(&problems);
@@ -251,6 +294,11 @@ fn say(problems: &Diagnostics) {
 /// Writes a line to stderr as it is.
 fn note(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Whether results go to a person rather than to a file or another program.
+fn stdout_is_terminal() -> bool {
+    std::io::stdout().is_terminal() && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
 }
 
 /// Writes a result to stdout. A reader that has gone away is no failure; whatever else keeps a result from being written

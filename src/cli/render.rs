@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use serde_json::json;
 
 use super::progress::{Mode, Progress};
-use super::{Exit, InputArguments, exit_code, film, frames, print, say, usage};
+use super::{Exit, InputArguments, exit_code, film, frames, print, say, say_printed, usage};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, suggestion};
 use crate::base::limits;
 use crate::components::{Accel, Aov, Integrator};
@@ -238,7 +238,9 @@ pub fn plan_into(
         None => (1..=count).collect(),
     };
     let target = names::resolve(out, &shot.name, shot.is_sequence().then_some(count), wanted.len()).map_err(usage)?;
-    let mut plan = shot::plan::make_until(&mut shot, &wanted, target, cancel)?;
+    let plan = shot::plan::make_until(&mut shot, &wanted, target, cancel);
+    say_printed(&shot, arguments.input.log.as_deref())?;
+    let mut plan = plan?;
     if let Some([i, n]) = arguments.shard {
         plan.keep_shard(i, n);
     }

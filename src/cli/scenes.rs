@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{AccessArguments, Exit, InputArguments, print, say, usage};
+use super::{AccessArguments, Exit, InputArguments, print, say, say_printed, usage};
 use crate::base::diagnostics::Diagnostics;
 use crate::base::project::Project;
 use crate::components::Scene;
@@ -43,7 +43,9 @@ pub fn dump(arguments: DumpArguments) -> Result<Exit, Diagnostics> {
     if !(1..=shot.frames()).contains(&arguments.frame) {
         return Err(usage(format!("--frame {}: the sequence has frames 1 to {}", arguments.frame, shot.frames())));
     }
-    let scene = shot.scene_of(arguments.frame)?;
+    let scene = shot.scene_of(arguments.frame);
+    say_printed(&shot, arguments.input.log.as_deref())?;
+    let scene = scene?;
     write(&scene, arguments.out.as_deref())
 }
 

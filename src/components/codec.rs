@@ -228,6 +228,55 @@ impl Codec for Edit {
     }
 }
 
+impl Codec for Value {
+    fn encode(&self, to: &mut Encoder) {
+        match self {
+            Value::Unit => to.put(&0u8),
+            Value::Bool(b) => {
+                to.put(&1u8);
+                to.put(b);
+            }
+            Value::Int(i) => {
+                to.put(&2u8);
+                to.put(i);
+            }
+            Value::Number(x) => {
+                to.put(&3u8);
+                to.put(x);
+            }
+            Value::Text(text) => {
+                to.put(&4u8);
+                to.put(text);
+            }
+            Value::Vec3(v) => {
+                to.put(&5u8);
+                to.put(v);
+            }
+            Value::List(items) => {
+                to.put(&6u8);
+                to.put(items);
+            }
+            Value::Map(entries) => {
+                to.put(&7u8);
+                to.put(entries);
+            }
+        }
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(match from.get::<u8>()? {
+            0 => Value::Unit,
+            1 => Value::Bool(from.get()?),
+            2 => Value::Int(from.get()?),
+            3 => Value::Number(from.get()?),
+            4 => Value::Text(from.get()?),
+            5 => Value::Vec3(from.get()?),
+            6 => Value::List(from.get()?),
+            7 => Value::Map(from.get()?),
+            _ => return Err(Malformed),
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;

@@ -216,6 +216,15 @@ impl Record for MaterialName {
         *self = Self::from_value(value).map_err(FieldError::Mismatch)?;
         Ok(())
     }
+    fn probe(&self, field: &str, value: &Value) -> Result<(), FieldError> {
+        super::record::probe(self.clone(), field, value)
+    }
+    fn docs(&self) -> &'static str {
+        "The material that an entity wears, by its name; a plain grey one where there is none."
+    }
+    fn field_docs(&self) -> &'static [&'static str] {
+        &["The name of a material of the scene."]
+    }
 }
 
 /// Whether the name is that of a material is for the scene to say.

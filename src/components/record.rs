@@ -58,6 +58,24 @@ pub trait Record: Check {
     /// # Errors
     /// [`FieldError`] if the field is unknown or the value has another shape.
     fn set(&mut self, field: &str, value: &Value) -> Result<(), FieldError>;
+    /// Whether a field could be set, and the whole would make sense then.
+    ///
+    /// # Errors
+    /// As [`Self::set`]; an [`Invalid`] whole as a mismatch.
+    fn probe(&self, field: &str, value: &Value) -> Result<(), FieldError>;
+    /// What the record is, as its documentation says.
+    fn docs(&self) -> &'static str;
+    /// What each field is, in the order of [`Self::fields`].
+    fn field_docs(&self) -> &'static [&'static str];
+}
+
+/// Sets a field of a copy.
+///
+/// # Errors
+/// As [`Record::probe`].
+pub(super) fn probe(mut copy: impl Record, field: &str, value: &Value) -> Result<(), FieldError> {
+    copy.set(field, value)?;
+    copy.check().map_err(|invalid| FieldError::Mismatch(Mismatch { message: invalid.message, help: None }))
 }
 
 /// Ranges of a component's fields, written by hand beside its declaration.
@@ -70,11 +88,13 @@ pub trait Check {
 /// Declares a component. Every field has a default, so that a scene states only what differs, and a [`FieldClass`]:
 /// `General`, or the one after `=>`.
 macro_rules! record {
-    ($(#[$meta:meta])* pub struct $name:ident { $( $(#[$field_meta:meta])* pub $field:ident : $type:ty = $default:expr $(=> $class:ident)?, )* }) => {
-        $(#[$meta])*
+    ($(#[doc = $doc:literal])* pub struct $name:ident {
+        $( $(#[doc = $field_doc:literal])* pub $field:ident : $type:ty = $default:expr $(=> $class:ident)?, )*
+    }) => {
+        $(#[doc = $doc])*
         #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
         #[serde(default, deny_unknown_fields)]
-        pub struct $name { $( $(#[$field_meta])* pub $field: $type, )* }
+        pub struct $name { $( $(#[doc = $field_doc])* pub $field: $type, )* }
 
         impl Default for $name {
             fn default() -> Self {
@@ -112,6 +132,15 @@ macro_rules! record {
                     } )*
                     _ => Err(FieldError::Unknown { known: Self::FIELDS }),
                 }
+            }
+            fn probe(&self, field: &str, value: &$crate::components::Value) -> Result<(), $crate::components::FieldError> {
+                $crate::components::record::probe(self.clone(), field, value)
+            }
+            fn docs(&self) -> &'static str {
+                concat!($($doc, "\n"),*)
+            }
+            fn field_docs(&self) -> &'static [&'static str] {
+                &[$( concat!($($field_doc, "\n"),*) ),*]
             }
         }
 

@@ -7,85 +7,11 @@ use ::rhai::packages::{
 };
 use ::rhai::{Dynamic, Engine, Map};
 
-use super::convert::describe;
 use super::errors::{Fallible, complain};
-use super::time::Header;
-use super::{closures, handles, motion, random, sandbox, time, tokens, vector};
-
-/// Functions of the API, for the nearest right word.
-pub const FUNCTIONS: &[&str] = &[
-    "animation",
-    "param",
-    "get",
-    "has",
-    "material",
-    "add_material",
-    "spawn",
-    "despawn",
-    "entities",
-    "tagged",
-    "span",
-    "vec3",
-    "dot",
-    "cross",
-    "length",
-    "normalize",
-    "distance",
-    "lerp",
-    "clamp",
-    "smoothstep",
-    "remap",
-    "ease",
-    "bezier",
-    "spring",
-    "keys",
-    "polar",
-    "orbit",
-    "look_at",
-    "aim",
-    "rack",
-    "rng",
-    "float",
-    "range",
-    "int",
-    "pick",
-    "unit_vector",
-    "sin",
-    "cos",
-    "tan",
-    "sind",
-    "cosd",
-    "tand",
-    "asin",
-    "acos",
-    "atan",
-    "exp",
-    "ln",
-    "log",
-    "pow",
-    "sqrt",
-    "hypot",
-    "abs",
-    "sign",
-    "min",
-    "max",
-    "floor",
-    "ceiling",
-    "round",
-    "len",
-    "push",
-];
-
-/// What the top level of a script has said.
-#[derive(Default)]
-pub struct TopLevel {
-    pub header: Option<Header>,
-    /// The top level has run: `animation` comes too late now.
-    closed: bool,
-}
+use super::{closures, rewrite, sandbox, table, tokens};
 
 /// An engine for one script. `constants` are seen from every function, once they are filled in.
-pub fn new(defines: &[(String, String)], top: &Arc<Mutex<TopLevel>>, constants: &Arc<Mutex<Map>>) -> Engine {
+pub fn new(constants: &Arc<Mutex<Map>>) -> Engine {
     let mut engine = Engine::new_raw();
     CorePackage::new().register_into_engine(&mut engine);
     LogicPackage::new().register_into_engine(&mut engine);
@@ -93,17 +19,10 @@ pub fn new(defines: &[(String, String)], top: &Arc<Mutex<TopLevel>>, constants: 
     BasicArrayPackage::new().register_into_engine(&mut engine);
     BasicMapPackage::new().register_into_engine(&mut engine);
     MoreStringPackage::new().register_into_engine(&mut engine);
-    vector::register(&mut engine);
-    random::register(&mut engine);
-    motion::register(&mut engine);
-    time::register(&mut engine);
-    handles::register(&mut engine);
+    table::register(&mut engine);
     tokens::register(&mut engine);
+    arithmetic(&mut engine);
     closures::register(&mut engine);
-    let top = top.clone();
-    engine.register_fn("animation", move |map: Map| animation(&top, &map));
-    let defines: Vec<(String, String)> = defines.to_vec();
-    engine.register_fn("param", move |name: &str, default: Dynamic| param(&defines, name, default));
     show_constants(&mut engine, constants.clone());
     sandbox::close(&mut engine);
     engine
@@ -118,45 +37,52 @@ pub fn fix_hashes() {
     let _ = ::rhai::config::hashing::set_hashing_seed(Some([0x616e_696d, 1, 2, 3]));
 }
 
-/// Nothing but the frame functions runs from here on.
-pub fn freeze(engine: &mut Engine) {
-    engine.register_fn("animation", |_: Map| -> Fallible<()> {
-        complain("`animation` belongs to the top of the script, outside its functions", None)
-    });
+/// Division gives fractions, and whole numbers may come as `2.0` where a range or an index wants them.
+fn arithmetic(engine: &mut Engine) {
+    // It binds as `*` does; a fresh engine refuses no word.
+    let _ = engine.register_custom_operator(rewrite::DIVIDE, 180);
+    engine
+        .register_fn(rewrite::DIVIDE, |a: i64, b: i64| quotient(a, b))
+        .register_fn(rewrite::DIVIDE, |a: f64, b: f64| a / b)
+        .register_fn(rewrite::DIVIDE, |a: f64, b: i64| a / b as f64)
+        .register_fn(rewrite::DIVIDE, |a: i64, b: f64| a as f64 / b)
+        .register_fn(rewrite::INDEX, |index: i64| index)
+        .register_fn(rewrite::INDEX, |index: f64| whole(index, "an index"))
+        .register_fn(rewrite::INDEX, |index: Dynamic| index);
+    type Exclusive = std::ops::Range<i64>;
+    type Inclusive = std::ops::RangeInclusive<i64>;
+    let end = |x: f64| whole(x, "the end of a range");
+    engine
+        .register_fn("..", move |a: i64, b: f64| -> Fallible<Exclusive> { Ok(a..end(b)?) })
+        .register_fn("..", move |a: f64, b: i64| -> Fallible<Exclusive> { Ok(end(a)?..b) })
+        .register_fn("..", move |a: f64, b: f64| -> Fallible<Exclusive> { Ok(end(a)?..end(b)?) })
+        .register_fn("..=", move |a: i64, b: f64| -> Fallible<Inclusive> { Ok(a..=end(b)?) })
+        .register_fn("..=", move |a: f64, b: i64| -> Fallible<Inclusive> { Ok(end(a)?..=b) })
+        .register_fn("..=", move |a: f64, b: f64| -> Fallible<Inclusive> { Ok(end(a)?..=end(b)?) });
+    // What comes out even is a whole number, of which these are asked as well.
+    for name in ["floor", "ceiling", "round", "int"] {
+        engine.register_fn(name, |x: i64| x);
+    }
+    engine.register_fn("fraction", |_: i64| 0.0);
 }
 
-fn animation(top: &Mutex<TopLevel>, map: &Map) -> Fallible<()> {
-    let header = Header::read(map)?;
-    let mut top = top.lock().unwrap_or_else(PoisonError::into_inner);
-    if top.header.is_some() || top.closed {
-        return complain("`animation` is called once", None);
+/// The quotient of whole numbers: whole where it comes out even, a fraction otherwise.
+fn quotient(a: i64, b: i64) -> Fallible<Dynamic> {
+    match (a.checked_rem(b), a.checked_div(b)) {
+        (Some(0), Some(whole)) => Ok(whole.into()),
+        (Some(_), Some(_)) => Ok((a as f64 / b as f64).into()),
+        _ if b == 0 => complain(format!("{a} / {b}: a division by 0"), None),
+        _ => Ok((a as f64 / b as f64).into()),
     }
-    top.header = Some(header);
-    Ok(())
 }
 
-/// The value given by `-D`, read like the default; the default itself if none is given.
-fn param(defines: &[(String, String)], name: &str, default: Dynamic) -> Fallible<Dynamic> {
-    let Some((_, given)) = defines.iter().rev().find(|(known, _)| known == name) else { return Ok(default) };
-    let expected = |what: &str| complain(format!("-D {name}={given}: expected {what}"), None);
-    if default.is_bool() {
-        return given.parse::<bool>().map(Dynamic::from).or_else(|_| expected("true or false"));
+fn whole(x: f64, what: &str) -> Fallible<i64> {
+    // Beyond 2^53 floats skip whole numbers.
+    if x == x.trunc() && x.abs() <= 9_007_199_254_740_992.0 {
+        return Ok(x as i64);
     }
-    if default.is_int() {
-        let whole = given.parse::<i64>().map(Dynamic::from);
-        return whole.or_else(|_| match given.parse::<f64>() {
-            Ok(_) => expected("a whole number"),
-            Err(_) => expected("a number"),
-        });
-    }
-    if default.is_float() {
-        let number = given.parse::<f64>().ok().filter(|x| x.is_finite()).map(Dynamic::from);
-        return number.map_or_else(|| expected("a number"), Ok);
-    }
-    if default.is_string() {
-        return Ok(given.clone().into());
-    }
-    complain(format!("param(\"{name}\", {}): the default must be a number, text or bool", describe(&default)), None)
+    let help = "`floor`, `round` and `div` give whole numbers".to_string();
+    complain(format!("{what} must be a whole number, not {x}"), Some(help))
 }
 
 /// Lets functions see what the top level of the script has named, unless a variable of their own hides it.

@@ -2,37 +2,57 @@
 
 use std::sync::Arc;
 
-use ::rhai::{Dynamic, EvalAltResult, Position};
+use ::rhai::{AST, Dynamic, Engine, EvalAltResult, ParseError, Position};
 
-use super::sandbox::Stopped;
-use super::{did_you_mean, engine};
+use super::inspect;
+use super::rewrite::{self, Rewritten};
+use super::vocabulary::Vocabulary;
+use super::words::{self, Words};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, Place, suggestion};
-use crate::base::limits;
 
 /// A mistake that a function of the API reports: it travels through Rhai as the payload of a run-time error.
 #[derive(Clone, Debug)]
 pub struct Complaint {
     pub message: String,
     pub help: Option<String>,
+    /// Where the mistake is, if that is not where the script calls.
+    pub at: Option<Place>,
 }
 
 pub type Fallible<T> = Result<T, Box<EvalAltResult>>;
 
 pub fn complain<T>(message: impl Into<String>, help: Option<String>) -> Fallible<T> {
-    let complaint = Complaint { message: message.into(), help };
+    let complaint = Complaint { message: message.into(), help, at: None };
     Err(EvalAltResult::ErrorRuntime(Dynamic::from(complaint), Position::NONE).into())
+}
+
+/// A mistake in a file that a script reads.
+pub fn complain_at<T>(place: Place, message: String, help: Option<String>) -> Fallible<T> {
+    let complaint = Complaint { message, help, at: Some(place) };
+    Err(EvalAltResult::ErrorRuntime(Dynamic::from(complaint), Position::NONE).into())
+}
+
+/// The place of a mistake in another file.
+fn place_elsewhere(error: &EvalAltResult) -> Option<Place> {
+    match error {
+        EvalAltResult::ErrorRuntime(payload, _) => payload.clone().try_cast::<Complaint>()?.at,
+        _ => None,
+    }
 }
 
 /// The script as text, for the places of its mistakes.
 pub struct ScriptSource {
     pub file: Arc<str>,
     pub text: String,
+    /// What was compiled in its place.
+    rewritten: Rewritten,
 }
 
 /// A script and its modules as text.
 pub struct ScriptSources {
     main: ScriptSource,
     modules: Vec<ScriptSource>,
+    pub vocabulary: Vocabulary,
 }
 
 /// What was evaluated when something went wrong.
@@ -47,8 +67,8 @@ pub struct Call<'a> {
 }
 
 impl ScriptSources {
-    pub fn new(main: ScriptSource) -> Self {
-        ScriptSources { main, modules: Vec::new() }
+    pub fn new(main: ScriptSource, vocabulary: Vocabulary) -> Self {
+        ScriptSources { main, modules: Vec::new(), vocabulary }
     }
 
     pub fn main(&self) -> &ScriptSource {
@@ -89,7 +109,7 @@ impl ScriptSources {
         let inner = error.unwrap_inner();
         let (file, at) = deepest_position(&error, &self.main.file);
         let source = self.of(file).unwrap_or(&self.main);
-        let (message, help) = self.words(inner);
+        let (message, help) = words::of_error(inner, "", &self.vocabulary);
         let place = match (at.is_none(), call.place.filter(|at| !at.is_none()), call.function) {
             (false, ..) => source.place(at),
             (true, Some(at), _) => self.main.place(at),
@@ -100,93 +120,76 @@ impl ScriptSources {
             Some(number) => format!("in frame {number}: {message}"),
             None => message,
         };
-        let diagnostic = Diagnostic::error(message).at(place);
-        match help {
-            Some(help) => diagnostic.help(help),
-            None => diagnostic,
+        match place_elsewhere(inner) {
+            Some(elsewhere) => {
+                let read_by = format!("it is read at {}:{}", place.file, place.line);
+                let help = help.map_or(read_by.clone(), |help| format!("{help}; {read_by}"));
+                diagnostic((message, Some(help)), elsewhere).into()
+            }
+            None => diagnostic((message, help), place).into(),
         }
-        .into()
     }
 
     /// An error of a module's own text.
     pub fn diagnose_in(&self, file: &str, error: EvalAltResult) -> Diagnostics {
-        let (message, help) = self.words(error.unwrap_inner());
         let (file, at) = deepest_position(&error, file);
         let source = self.of(file).unwrap_or(&self.main);
-        let diagnostic = Diagnostic::error(message).at(source.place(at));
-        help.map_or(diagnostic.clone(), |help| diagnostic.help(help)).into()
-    }
-
-    fn words(&self, error: &EvalAltResult) -> (String, Option<String>) {
-        match error {
-            EvalAltResult::ErrorRuntime(payload, _) => match payload.clone().try_cast::<Complaint>() {
-                Some(complaint) => (complaint.message, complaint.help),
-                None => (payload.to_string(), None),
-            },
-            EvalAltResult::ErrorFunctionNotFound(signature, _) => self.unknown_function(signature),
-            EvalAltResult::ErrorVariableNotFound(name, _) => {
-                let words: Vec<&str> = self.words_of_text().collect();
-                let known = words.into_iter().filter(|word| *word != name);
-                (format!("there is no variable `{name}`"), did_you_mean(name, known))
-            }
-            EvalAltResult::ErrorTerminated(token, _)
-                if token.clone().try_cast::<Stopped>() == Some(Stopped::Memory) =>
-            {
-                let message = format!("the script holds more than {} MiB", limits::SCRIPT_BYTES >> 20);
-                (message, Some("look for a list or text that grows without end".into()))
-            }
-            EvalAltResult::ErrorTooManyOperations(_) | EvalAltResult::ErrorTerminated(..) => {
-                let help = "look for a loop that never ends".to_string();
-                ("the script runs for too long".into(), Some(help))
-            }
-            EvalAltResult::ErrorSystem(what, why) => (format!("{what}: {why}"), None),
-            EvalAltResult::ErrorDataTooLarge(what, _) => {
-                let what = what.trim_start_matches("Size of ").trim_start_matches("Length of ");
-                let (what, most) = match what {
-                    "string" => ("a text", limits::SCRIPT_STRING_BYTES),
-                    "object map" => ("a map", limits::SCRIPT_MAP),
-                    _ => ("a list", limits::SCRIPT_ARRAY),
-                };
-                (format!("{what} grows beyond {most} elements"), None)
-            }
-            EvalAltResult::ErrorStackOverflow(_) => {
-                ("functions call each other too deep".into(), Some("look for a recursion that never ends".into()))
-            }
-            EvalAltResult::ErrorParsing(kind, _) => (kind.to_string(), None),
-            EvalAltResult::ErrorMismatchDataType(expected, found, _) => {
-                (format!("expected {}, found {}", plain_type(expected), plain_type(found)), None)
-            }
-            other => {
-                let text = other.to_string();
-                let end = text.rfind(" (line ").unwrap_or(text.len());
-                (text[..end].to_string(), None)
-            }
-        }
-    }
-
-    fn unknown_function(&self, signature: &str) -> (String, Option<String>) {
-        let (name, arguments) = signature.split_once(" (").unwrap_or((signature, ")"));
-        let arguments: Vec<String> = arguments.trim_end_matches(')').split(", ").map(plain_type).collect();
-        let in_one = |text| str::split(text, "fn ").skip(1).filter_map(|tail: &str| tail.split('(').next());
-        let own = self.texts().flat_map(in_one).map(str::trim);
-        let known: Vec<&str> = engine::FUNCTIONS.iter().copied().chain(own).collect();
-        if known.contains(&name) {
-            return (format!("`{name}` does not take ({})", arguments.join(", ")), None);
-        }
-        (format!("there is no function `{name}` for ({})", arguments.join(", ")), did_you_mean(name, known))
-    }
-
-    fn words_of_text(&self) -> impl Iterator<Item = &str> {
-        let in_one = |text| str::split(text, |c: char| !c.is_alphanumeric() && c != '_');
-        self.texts().flat_map(in_one).filter(|word| word.len() > 1)
+        diagnostic(words::of_error(error.unwrap_inner(), "", &self.vocabulary), source.place(at)).into()
     }
 }
 
 impl ScriptSource {
-    pub fn place(&self, at: Position) -> Place {
+    /// A text, and what the engine makes of it. `outer` are names that come from elsewhere.
+    ///
+    /// # Errors
+    /// All mistakes of grammar that can be found, or all names that stand for nothing.
+    pub fn compile(
+        engine: &Engine,
+        file: &str,
+        text: String,
+        vocabulary: &mut Vocabulary,
+    ) -> (ScriptSource, Result<AST, Diagnostics>) {
+        vocabulary.read(&text);
+        let (ast, rewritten) = rewrite::compile(engine, &text);
+        let source = ScriptSource { file: file.into(), text, rewritten };
+        let ast = ast.map_err(|first| source.mistakes_of_grammar(engine, first, vocabulary)).and_then(|ast| {
+            let unknown = inspect::unknown_names(&ast, vocabulary);
+            let unknown = unknown.into_iter().map(|(at, words)| diagnostic(words, source.place(at)));
+            let unknown: Vec<Diagnostic> = unknown.collect();
+            if unknown.is_empty() { Ok(ast) } else { Err(Diagnostics(unknown)) }
+        });
+        (source, ast)
+    }
+
+    fn mistakes_of_grammar(&self, engine: &Engine, first: ParseError, vocabulary: &Vocabulary) -> Diagnostics {
+        let at = first.position();
+        let (line, column) = self.rewritten.original(at.line().unwrap_or(1), at.position().unwrap_or(1));
+        let small = |n: usize| n.min(u16::MAX.into()) as u16;
+        // The last line of a text may be an empty one behind its end.
+        let at = if at.is_none() { at } else { Position::new(small(line.max(1)), small(column.max(1))) };
+        let all = inspect::all_mistakes(engine, &self.text, ParseError(first.0, at));
+        let one = |error: &ParseError| {
+            let place = inspect::place_of_missing(engine, &self.text, error).unwrap_or(error.position());
+            diagnostic(inspect::words_of(error, &self.text, vocabulary), self.original_place(place))
+        };
+        Diagnostics(all.iter().map(one).collect())
+    }
+
+    /// A place in the text as its author wrote it.
+    fn original_place(&self, at: Position) -> Place {
         match (at.line(), at.position()) {
             (Some(line), column) => {
                 Place::of_position(self.file.clone(), &self.text, line as u32, column.unwrap_or(1).max(1) as u32)
+            }
+            _ => Place::of_span(self.file.clone(), &self.text, self.text.len(), self.text.len()),
+        }
+    }
+
+    pub fn place(&self, at: Position) -> Place {
+        match (at.line(), at.position()) {
+            (Some(line), column) => {
+                let (line, column) = self.rewritten.original(line, column.unwrap_or(1).max(1));
+                Place::of_position(self.file.clone(), &self.text, line as u32, column as u32)
             }
             _ => Place::file(self.file.clone()),
         }
@@ -253,6 +256,11 @@ impl ScriptSource {
     }
 }
 
+fn diagnostic((message, help): Words, place: Place) -> Diagnostic {
+    let diagnostic = Diagnostic::error(message).at(place);
+    help.map_or(diagnostic.clone(), |help| diagnostic.help(help))
+}
+
 /// The innermost place of an error.
 pub fn position(error: &EvalAltResult) -> Position {
     deepest_position(error, "").1
@@ -269,26 +277,4 @@ fn deepest_position<'a>(error: &'a EvalAltResult, file: &'a str) -> (&'a str, Po
     };
     let (found, position) = deepest_position(inner, inner_file);
     if position.is_none() { (file, *at) } else { (found, position) }
-}
-
-/// What a person calls a type of Rhai's.
-fn plain_type(name: &str) -> String {
-    if name.contains("String") {
-        return "text".into();
-    }
-    let last = name.rsplit("::").next().unwrap_or(name).trim();
-    match last {
-        "i64" => "whole number",
-        "f64" => "number",
-        "string" => "text",
-        "array" | "Array" => "list",
-        "map" | "Map" => "map",
-        "SceneHandle" => "scene",
-        "EntityHandle" => "entity",
-        "RecordHandle" => "component",
-        "DVec3" => "vector",
-        "FrameTime" => "frame",
-        other => other,
-    }
-    .to_string()
 }

@@ -2,15 +2,17 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use ::rhai::{Array, Dynamic, Engine, ImmutableString, Map};
+use ::rhai::{Dynamic, ImmutableString, Map};
 use glam::{DAffine3, DVec3};
 
 use super::convert::{describe, number, to_dynamic, to_value};
 use super::errors::{Fallible, complain};
 use super::overlay::{Marks, Overlay};
 use super::random::Generator;
-use crate::base::diagnostics::suggestion;
+use super::shared::Shared;
+use crate::base::diagnostics::{did_you_mean, nearest, suggestion};
 use crate::base::limits;
+use crate::base::synonyms::by_meaning;
 use crate::components::transform::placement_below;
 use crate::components::*;
 
@@ -19,17 +21,18 @@ use crate::components::*;
 pub struct SceneHandle {
     overlay: Arc<Mutex<Overlay>>,
     rng: Generator,
+    shared: Shared,
     /// The time that entities with `motion` go by, in the units of the camera's shutter.
     time: f64,
 }
 
 /// The entities of a scene by name: `s.get("hero")`.
 #[derive(Clone)]
-struct EntityLookup(SceneHandle);
+pub struct EntityLookup(pub SceneHandle);
 
 /// The materials of a scene by name: `s.material("brass")`.
 #[derive(Clone)]
-struct MaterialLookup(SceneHandle);
+pub struct MaterialLookup(pub SceneHandle);
 
 /// One entity.
 #[derive(Clone)]
@@ -57,8 +60,46 @@ const TRANSFORM_FIELDS: [&str; 4] = ["translation", "rotation", "scale", "parent
 const ANGLES: [(&str, usize); 3] = [("pitch", 0), ("yaw", 1), ("roll", 2)];
 
 impl SceneHandle {
-    pub fn new(overlay: Overlay, seed: u64, time: f64) -> Self {
-        SceneHandle { overlay: Arc::new(Mutex::new(overlay)), rng: Generator::new(seed), time }
+    pub fn new(overlay: Overlay, seed: u64, time: f64, shared: Shared) -> Self {
+        SceneHandle { overlay: Arc::new(Mutex::new(overlay)), rng: Generator::new(seed), shared, time }
+    }
+
+    /// What belongs to the script as a whole.
+    pub fn shared(&self) -> &Shared {
+        &self.shared
+    }
+
+    /// The generator of random numbers of `setup`, or of the frame.
+    pub fn rng(&self) -> Generator {
+        self.rng.clone()
+    }
+
+    pub fn has(&self, name: &str) -> bool {
+        self.lock().find(name).is_some()
+    }
+
+    /// The camera's fields.
+    pub fn camera_record(&self) -> RecordHandle {
+        self.record(RecordPath::Camera)
+    }
+
+    /// The render settings.
+    pub fn render_record(&self) -> RecordHandle {
+        self.record(RecordPath::Render)
+    }
+
+    /// Entities in authored order: all, or those with a tag.
+    pub fn entities(&self, tag: Option<&str>) -> Vec<EntityHandle> {
+        let overlay = self.lock();
+        let wanted = |i: &usize| tag.is_none_or(|tag| overlay.tags(*i).iter().any(|t| &**t == tag));
+        overlay.entities().filter(wanted).map(|i| self.entity(i)).collect()
+    }
+
+    /// Removes an entity.
+    pub fn despawn(&self, entity: &EntityHandle) -> Fallible<()> {
+        entity.alive()?;
+        self.lock().despawn(entity.index);
+        Ok(())
     }
 
     fn lock(&self) -> MutexGuard<'_, Overlay> {
@@ -102,14 +143,14 @@ impl SceneHandle {
         }
     }
 
-    fn material(&mut self, name: &str) -> Fallible<RecordHandle> {
+    pub fn material(&mut self, name: &str) -> Fallible<RecordHandle> {
         match known_material(&self.lock(), name) {
             Ok(index) => Ok(self.record(RecordPath::Material(index))),
             Err(error) => Err(error),
         }
     }
 
-    fn add_material(&mut self, name: &str, fields: Map) -> Fallible<RecordHandle> {
+    pub fn add_material(&mut self, name: &str, fields: Map) -> Fallible<RecordHandle> {
         let mut material = Material::default();
         let owner = format!("material `{name}`");
         for (field, value) in &fields {
@@ -125,7 +166,7 @@ impl SceneHandle {
         Ok(self.record(RecordPath::Material(index)))
     }
 
-    fn spawn(&mut self, parts: Map) -> Fallible<EntityHandle> {
+    pub fn spawn(&mut self, parts: Map) -> Fallible<EntityHandle> {
         let mut desc = EntityDesc::default();
         if let Some(name) = parts.get("name") {
             desc.name = Some(text(name, "`name` of a new entity")?);
@@ -152,7 +193,10 @@ impl SceneHandle {
     /// World position of an entity at the moment that the script is called for, its parents and `motion` included: the
     /// place that a `focus` on it has.
     pub fn position(&self, name: &str) -> Fallible<DVec3> {
-        let start = self.clone().get(name)?.index;
+        self.clone().get(name)?.position()
+    }
+
+    fn position_of(&self, start: usize) -> Fallible<DVec3> {
         let overlay = self.lock();
         let transform = |index| overlay.component(index, Kind::Transform).and_then(Transform::of);
         let parent = |index: &usize| transform(*index)?.parent.as_deref().and_then(|parent| overlay.find(parent));
@@ -213,7 +257,7 @@ impl RecordHandle {
         }
     }
 
-    fn get(&mut self, field: &str) -> Fallible<Dynamic> {
+    pub fn get(&mut self, field: &str) -> Fallible<Dynamic> {
         let overlay = self.scene.lock();
         let look = |record: &dyn Record| (record.get(field), record.fields());
         let (value, known) = match self.place {
@@ -234,7 +278,7 @@ impl RecordHandle {
         }
     }
 
-    fn set(&mut self, field: &str, value: Dynamic) -> Fallible<()> {
+    pub fn set(&mut self, field: &str, value: Dynamic) -> Fallible<()> {
         let owner = self.owner();
         let mut overlay = self.scene.lock();
         match self.place {
@@ -310,6 +354,12 @@ impl EntityHandle {
         }
     }
 
+    /// World position, parents included.
+    pub fn position(&self) -> Fallible<DVec3> {
+        self.alive()?;
+        self.scene.position_of(self.index)
+    }
+
     fn transform(&self) -> Transform {
         self.scene.lock().component(self.index, Kind::Transform).and_then(Transform::of).cloned().unwrap_or_default()
     }
@@ -321,12 +371,23 @@ impl EntityHandle {
     }
 
     fn unknown<T>(&self, property: &str) -> Fallible<T> {
-        let own = TRANSFORM_FIELDS.into_iter().chain(ANGLES.map(|a| a.0)).chain(["color"]);
-        let help = suggestion(property, own.chain(EntityDesc::keys()));
+        let own = TRANSFORM_FIELDS.into_iter().chain(ANGLES.map(|a| a.0));
+        let color = self.light().map(|_| "color");
+        let help = suggestion(property, own.chain(color).chain(EntityDesc::keys()));
+        let worn = self.scene.lock().component(self.index, Kind::MaterialName).and_then(|c| c.record().get("name"));
+        let is_of_material = did_you_mean(property, Material::FIELDS).is_some();
+        let help = match (worn, &help) {
+            (Some(Value::Text(name)), Some(found)) if is_of_material && !found.starts_with("did you mean") => {
+                let field = by_meaning(property, Material::FIELDS).map(|hit| hit.0);
+                let field = field.or_else(|| nearest(property, Material::FIELDS.iter().copied())).unwrap_or("color");
+                Some(format!("that is its material's: s.material(\"{name}\").{field}"))
+            }
+            _ => help,
+        };
         complain(format!("unknown property `{property}` of {}", self.label()), help)
     }
 
-    fn get(&mut self, property: &str) -> Fallible<Dynamic> {
+    pub fn get(&mut self, property: &str) -> Fallible<Dynamic> {
         self.alive()?;
         if TRANSFORM_FIELDS.contains(&property) {
             return Ok(self.transform().get(property).map_or(Dynamic::UNIT, to_dynamic));
@@ -360,7 +421,7 @@ impl EntityHandle {
         Ok(if has { Dynamic::from(self.scene.record(RecordPath::Component(self.index, kind))) } else { Dynamic::UNIT })
     }
 
-    fn set(&mut self, property: &str, value: Dynamic) -> Fallible<()> {
+    pub fn set(&mut self, property: &str, value: Dynamic) -> Fallible<()> {
         self.alive()?;
         if TRANSFORM_FIELDS.contains(&property) {
             let mut transform = self.transform();
@@ -438,59 +499,4 @@ impl EntityHandle {
         overlay.put(self.index, component);
         Ok(())
     }
-}
-
-pub fn register(engine: &mut Engine) {
-    engine
-        .register_type_with_name::<SceneHandle>("Scene")
-        .register_get("camera", |s: &mut SceneHandle| s.record(RecordPath::Camera))
-        .register_set("camera", |_: &mut SceneHandle, _: RecordHandle| {})
-        .register_get("render", |s: &mut SceneHandle| s.record(RecordPath::Render))
-        .register_set("render", |_: &mut SceneHandle, _: RecordHandle| {})
-        .register_get("rng", |s: &mut SceneHandle| s.rng.clone())
-        .register_fn("get", SceneHandle::get)
-        .register_fn("has", |s: &mut SceneHandle, name: &str| s.lock().find(name).is_some())
-        .register_fn("material", SceneHandle::material)
-        .register_fn("add_material", SceneHandle::add_material)
-        .register_fn("spawn", SceneHandle::spawn)
-        .register_fn("entities", |s: &mut SceneHandle| {
-            let all: Vec<usize> = s.lock().entities().collect();
-            all.into_iter().map(|i| Dynamic::from(s.entity(i))).collect::<Array>()
-        })
-        .register_fn("tagged", |s: &mut SceneHandle, tag: &str| {
-            let overlay = s.lock();
-            let has = |i: &usize| overlay.tags(*i).iter().any(|t| &**t == tag);
-            let all: Vec<usize> = overlay.entities().filter(has).collect();
-            drop(overlay);
-            all.into_iter().map(|i| Dynamic::from(s.entity(i))).collect::<Array>()
-        })
-        .register_fn("despawn", |s: &mut SceneHandle, entity: EntityHandle| -> Fallible<()> {
-            entity.alive()?;
-            s.lock().despawn(entity.index);
-            Ok(())
-        });
-    register_lookups(engine);
-    engine
-        .register_type_with_name::<EntityHandle>("Entity")
-        .register_indexer_get(|e: &mut EntityHandle, property: ImmutableString| e.get(&property))
-        .register_indexer_set(|e: &mut EntityHandle, property: ImmutableString, value: Dynamic| {
-            e.set(&property, value)
-        });
-    engine
-        .register_type_with_name::<RecordHandle>("Component")
-        .register_indexer_get(|r: &mut RecordHandle, field: ImmutableString| r.get(&field))
-        .register_indexer_set(|r: &mut RecordHandle, field: ImmutableString, value: Dynamic| r.set(&field, value));
-}
-
-/// `s.get("hero")` and `s.material("brass")` as what they are read as: index expressions, which can be assigned to.
-fn register_lookups(engine: &mut Engine) {
-    engine
-        .register_get("get", |s: &mut SceneHandle| EntityLookup(s.clone()))
-        .register_set("get", |_: &mut SceneHandle, _: EntityLookup| {})
-        .register_indexer_get(|all: &mut EntityLookup, name: ImmutableString| all.0.get(&name))
-        .register_indexer_set(|_: &mut EntityLookup, _: ImmutableString, _: EntityHandle| {})
-        .register_get("material", |s: &mut SceneHandle| MaterialLookup(s.clone()))
-        .register_set("material", |_: &mut SceneHandle, _: MaterialLookup| {})
-        .register_indexer_get(|all: &mut MaterialLookup, name: ImmutableString| all.0.material(&name))
-        .register_indexer_set(|_: &mut MaterialLookup, _: ImmutableString, _: RecordHandle| {});
 }

@@ -32,7 +32,7 @@
 //! # let scene = shot.scene_of(2).map_err(|problems| problems.to_string())?;
 //! assert_eq!((scene.entities.len(), scene.materials.len()), (12, 1));
 //! let transform = scene.entities[3].component::<Transform>().unwrap();
-//! assert_eq!(transform.translation, DVec3::new(0.0, 1.0, 3.0));
+//! assert_eq!(transform.translation, DVec3::new(0.0, 1.0, -3.0));
 //! # Ok(())
 //! # }
 //! ```

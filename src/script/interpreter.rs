@@ -5,17 +5,22 @@ use std::sync::{Arc, Mutex};
 
 use ::rhai::{AST, ASTNode, CallFnOptions, Dynamic, Engine, Map, Position, Scope, Stmt};
 
-use super::engine::{self, TopLevel};
+use super::convert::to_dynamic;
+use super::engine;
 use super::errors::{Call, Fallible, ScriptSource, ScriptSources};
 use super::handles::SceneHandle;
 use super::modules::{ModuleGraph, ModuleLoader};
 use super::overlay::{NameIndex, Overlay};
+use super::said::Remarks;
+use super::shared::Shared;
+use super::simulation::{Simulation, state_of};
 use super::time::{self, Header};
+use super::vocabulary::Vocabulary;
 use super::{Moment, errors, sandbox};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, ScenePart};
-use crate::base::project::{FileRole, Project};
+use crate::base::project::{FileRole, Folder, Project};
 use crate::base::{files, limits, random as hash, text as look_alikes};
-use crate::components::{Edit, Scene};
+use crate::components::{Edit, Scene, Value};
 
 /// How a function of a script is run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,33 +38,53 @@ pub struct Interpreter {
     constants: Map,
     header: Header,
     sources: ScriptSources,
+    shared: Shared,
+    /// Where the script has `start` and `step`.
+    simulation: Option<Simulation>,
     /// Names of the scene that frames start from, made once.
     index: Mutex<Option<(Arc<Scene>, Arc<NameIndex>)>>,
 }
 
 impl Interpreter {
-    /// Reads a script and its modules and runs its top level; `defines` are the values given by `-D`.
+    /// Reads a script and its modules and runs its top level; `defines` are the values given by `-D`. What it says on
+    /// its way goes to `remarks`, whether it comes to an end or not.
     ///
     /// # Errors
     /// A file that cannot be read, mistakes of the script with their places, a define that it does not use.
-    pub fn open(path: &Path, defines: &[(String, String)], project: &Arc<Project>) -> Result<Self, Diagnostics> {
+    pub fn open(
+        path: &Path,
+        defines: &[(String, String)],
+        project: &Arc<Project>,
+        remarks: &mut Remarks,
+    ) -> Result<Self, Diagnostics> {
+        let shared = Shared::new(defines, Folder::around(path, project.clone()));
+        let opened = Self::open_shared(path, defines, project, &shared);
+        *remarks = shared.remarks();
+        opened
+    }
+
+    fn open_shared(
+        path: &Path,
+        defines: &[(String, String)],
+        project: &Arc<Project>,
+        shared: &Shared,
+    ) -> Result<Self, Diagnostics> {
         engine::fix_hashes();
         project.record(path, FileRole::Script);
         let text = files::read_text(path, limits::SCRIPT_FILE_BYTES)?;
         let folder: PathBuf = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let file = path.to_string_lossy().into_owned();
-        let mut sources = ScriptSources::new(ScriptSource { file: file.as_str().into(), text: text.clone() });
-        let top = Arc::new(Mutex::new(TopLevel::default()));
         let constants = Arc::new(Mutex::new(Map::new()));
         let graph = ModuleGraph::default();
-        let mut engine = engine::new(defines, &top, &constants);
+        let mut engine = engine::new(&constants);
         engine.set_module_resolver(graph.clone());
-        let compiled = engine.compile(&text).map_err(|error| {
-            let doubles = look_alikes::doubles(&text, &file);
-            if doubles.is_empty() { sources.diagnose(error.into(), Call::default()) } else { Diagnostics(doubles) }
-        })?;
-        let mut ast = compiled;
+        let doubles = look_alikes::doubles(&text, &file);
+        let mut vocabulary = Vocabulary::of(&engine);
+        let (source, compiled) = ScriptSource::compile(&engine, &file, text, &mut vocabulary);
+        let mut sources = ScriptSources::new(source, vocabulary);
+        let mut ast = compiled.map_err(|problems| if doubles.is_empty() { problems } else { Diagnostics(doubles) })?;
         ast.set_source(&file);
+        let _current = shared.enter(None);
         ModuleLoader::new(&engine, &graph, project, &folder, &mut sources).load(&file, &ast)?;
         sources.check_defines(defines)?;
         let mut scope = Scope::new();
@@ -67,12 +92,8 @@ impl Interpreter {
         let run = sandbox::guarded(|| engine.run_ast_with_scope(&mut scope, &ast));
         run.map_err(|e| sources.diagnose(*e, Call::default()))?;
         let globals: Map = scope.iter().map(|(name, _, value)| (name.into(), value)).collect();
-        let header = match top.lock() {
-            Ok(mut top) => top.header.take(),
-            Err(_) => None,
-        };
         let whole = || sources.main().whole();
-        let header = header.ok_or_else(|| {
+        let header = shared.close().ok_or_else(|| {
             Diagnostic::error("the script does not call `animation`")
                 .at(whole())
                 .help("start it with animation(#{ scene: \"scene.ron\", frames: 48, fps: 24, mode: \"clip\" });")
@@ -81,12 +102,21 @@ impl Interpreter {
             let missing = Diagnostic::error("the script has no function `frame(s, f)`");
             return Err(missing.at(whole()).help("add fn frame(s, f) { ... }").into());
         }
-        engine::freeze(&mut engine);
+        let has = |name: &str, count: usize| ast.iter_functions().any(|f| f.name == name && f.params.len() == count);
+        let simulation = has("start", 1).then(Simulation::default);
+        if simulation.is_some() && !has("step", 2) {
+            let missing = Diagnostic::error("the script has `start(s)` and no `step(state, f)`");
+            return Err(missing
+                .at(whole())
+                .help("add fn step(state, f) { ... state }, which gives the next state")
+                .into());
+        }
         if let Ok(mut constants) = constants.lock() {
             constants.clone_from(&globals);
         }
         let ast = ast.clone_functions_only();
-        Ok(Interpreter { engine, ast, constants: globals, header, sources, index: Mutex::new(None) })
+        let (shared, index) = (shared.clone(), Mutex::new(None));
+        Ok(Interpreter { engine, ast, constants: globals, header, sources, shared, simulation, index })
     }
 
     pub fn header(&self) -> &Header {
@@ -103,19 +133,26 @@ impl Interpreter {
     }
 
     /// The edits of `setup`, or those of `frame` at a time: a frame, counted from 1, and how many frames from its own
-    /// time.
+    /// time. What it says on its way goes to `remarks`.
     ///
     /// # Errors
     /// Mistakes of the script, with their places and the frame.
-    pub fn call(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Result<Vec<Edit>, Diagnostics> {
-        let (outcome, handle) =
-            self.run(scene, time, if sandbox::is_probing() { RunMode::Unwrapped } else { RunMode::Called });
+    pub fn call(
+        &self,
+        scene: &Arc<Scene>,
+        time: Option<Moment>,
+        remarks: &mut Remarks,
+    ) -> Result<Vec<Edit>, Diagnostics> {
+        let state = self.state(scene, time)?;
+        let mode = if sandbox::is_probing() { RunMode::Unwrapped } else { RunMode::Called };
+        let (outcome, handle) = self.run(scene, time, mode, state.clone());
+        *remarks = handle.shared().remarks();
         let error = match outcome {
             Ok(()) => return Ok(handle.into_edits()),
             Err(error) => error,
         };
         drop(handle);
-        let place = if sandbox::is_limit(&error) { self.place_by_running_again(scene, time) } else { None };
+        let place = if sandbox::is_limit(&error) { self.place_by_running_again(scene, time, state) } else { None };
         let function = Some(if time.is_some() { "frame" } else { "setup" });
         Err(self.sources.diagnose(*error, Call { frame: time.map(|(number, _)| number), function, place }))
     }
@@ -128,10 +165,11 @@ impl Interpreter {
         part: ScenePart,
         component: Option<&'static str>,
     ) -> Option<Place> {
-        let (_, handle) = self.run(scene, time, RunMode::Marking);
+        let state = self.state(scene, time).ok()?;
+        let (_, handle) = self.run(scene, time, RunMode::Marking, state.clone());
         let step = *handle.take_marks().get(&(part, component))?;
         sandbox::set_probe(sandbox::Probe { stop_at: Some(step), report: None });
-        let (outcome, _) = self.run(scene, time, RunMode::Unwrapped);
+        let (outcome, _) = self.run(scene, time, RunMode::Unwrapped, state);
         sandbox::set_probe(sandbox::Probe::default());
         let at = outcome.err().map(|error| errors::position(&error)).filter(|at| !at.is_none())?;
         Some(self.sources.main().place(at))
@@ -139,42 +177,90 @@ impl Interpreter {
 
     /// Runs a function: called, or as a text of its own, which loses no places but is another thing in corners of the
     /// language.
-    fn run(&self, scene: &Arc<Scene>, time: Option<Moment>, mode: RunMode) -> (Fallible<()>, SceneHandle) {
+    fn run(
+        &self,
+        scene: &Arc<Scene>,
+        time: Option<Moment>,
+        mode: RunMode,
+        state: Value,
+    ) -> (Fallible<()>, SceneHandle) {
         let number = time.map_or(0, |(number, _)| number);
         let seed = hash::hash_words([self.header.seed, u64::from(number)]);
-        let handle = SceneHandle::new(
-            Overlay::new(scene.clone(), self.index_of(scene)),
-            seed,
-            time.map_or(0.0, |(_, offset)| offset),
-        );
+        let shared = self.shared.apart();
+        let overlay = Overlay::new(scene.clone(), self.index_of(scene));
+        let moment = time.map_or(0.0, |(_, offset)| offset);
+        let handle = SceneHandle::new(overlay, seed, moment, shared.clone());
         if mode == RunMode::Marking {
             handle.keep_marks();
         }
+        let _current = shared.enter(Some(&handle));
         let mut scope = Scope::new();
         for (name, value) in &self.constants {
             scope.push_constant_dynamic(name.as_str(), value.clone());
         }
         let scene = Dynamic::from(handle.clone());
-        let frame =
-            time.map(|(number, offset)| Dynamic::from(time::FrameTime::new(&self.header, number, offset, seed)));
+        let frame = time.map(|(number, offset)| {
+            Dynamic::from(time::FrameTime::new(&self.header, number, offset, seed, to_dynamic(state)))
+        });
         let function = if time.is_some() { "frame" } else { "setup" };
         sandbox::start_call();
         let outcome = sandbox::guarded(|| match frame {
             _ if mode != RunMode::Called => self.run_body(function, scope, [Some(scene), frame]),
-            None => self.call_function(function, &mut scope, &handle, (scene,)),
-            Some(frame) => self.call_function(function, &mut scope, &handle, (scene, frame)),
+            None => self.call_function(function, &mut scope, (scene,)),
+            Some(frame) => self.call_function(function, &mut scope, (scene, frame)),
         });
         (outcome, handle)
     }
 
-    fn call_function(
-        &self,
-        function: &str,
-        scope: &mut Scope,
-        handle: &SceneHandle,
-        arguments: impl ::rhai::FuncArgs,
-    ) -> Fallible<()> {
-        let options = CallFnOptions::new().eval_ast(false).with_tag(handle.clone());
+    /// The state of the simulation that a frame is given; nothing where there is none.
+    fn state(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Result<Value, Diagnostics> {
+        let (Some(simulation), Some((number, offset))) = (&self.simulation, time) else { return Ok(Value::Unit) };
+        let per_frame = f64::from(self.header.steps_per_frame);
+        let at = (f64::from(number - 1) + offset) * per_frame;
+        simulation.at(scene, at, |before| self.next_state(scene, before))
+    }
+
+    /// The first state, or the one after another.
+    fn next_state(&self, scene: &Arc<Scene>, before: Option<(u64, &Value)>) -> Result<Value, Diagnostics> {
+        let per_frame = f64::from(self.header.steps_per_frame);
+        let step = before.map_or(0, |(number, _)| number + 1);
+        let frame = (step as f64 / per_frame).ceil() as u32 + 1;
+        let seed = hash::hash_words([self.header.seed, 0x7374_6570, step]);
+        let shared = self.shared.apart();
+        let handle = SceneHandle::new(Overlay::new(scene.clone(), self.index_of(scene)), seed, 0.0, shared.clone());
+        let _current = shared.enter(Some(&handle));
+        let mut scope = Scope::new();
+        for (name, value) in &self.constants {
+            scope.push_constant_dynamic(name.as_str(), value.clone());
+        }
+        let options = || CallFnOptions::new().eval_ast(false);
+        sandbox::start_call();
+        let outcome = sandbox::guarded(|| {
+            let given = match before {
+                None => {
+                    let scene = (Dynamic::from(handle.clone()),);
+                    self.engine.call_fn_with_options::<Dynamic>(options(), &mut scope, &self.ast, "start", scene)?
+                }
+                Some((number, state)) => {
+                    let at = number as f64 / per_frame;
+                    let time = time::FrameTime::new(&self.header, 1, at, seed, Dynamic::UNIT);
+                    let arguments = (to_dynamic(state.clone()), Dynamic::from(time));
+                    self.engine.call_fn_with_options::<Dynamic>(options(), &mut scope, &self.ast, "step", arguments)?
+                }
+            };
+            let help = "build in `setup`; `start` only looks at the scene".to_string();
+            match handle.clone().into_edits().is_empty() {
+                true => state_of(&given),
+                false => errors::complain("a simulation cannot change the scene", Some(help)),
+            }
+        });
+        let function = Some(if before.is_some() { "step" } else { "start" });
+        let call = Call { frame: Some(frame), function, place: None };
+        outcome.map_err(|error| self.sources.diagnose(*error, call))
+    }
+
+    fn call_function(&self, function: &str, scope: &mut Scope, arguments: impl ::rhai::FuncArgs) -> Fallible<()> {
+        let options = CallFnOptions::new().eval_ast(false);
         self.engine.call_fn_with_options::<Dynamic>(options, scope, &self.ast, function, arguments).map(drop)
     }
 
@@ -203,12 +289,12 @@ impl Interpreter {
 
     /// A limit ends a run from inside of any depth of functions, and the place is lost on the way out. The run is the
     /// same every time, so that it can be stopped at the same step where its place is not lost.
-    fn place_by_running_again(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Option<Position> {
+    fn place_by_running_again(&self, scene: &Arc<Scene>, time: Option<Moment>, state: Value) -> Option<Position> {
         if sandbox::is_probing() {
             return None;
         }
         sandbox::set_probe(sandbox::Probe { stop_at: Some(sandbox::steps()), report: None });
-        let (outcome, _) = self.run(scene, time, RunMode::Unwrapped);
+        let (outcome, _) = self.run(scene, time, RunMode::Unwrapped, state);
         sandbox::set_probe(sandbox::Probe::default());
         outcome.err().map(|error| errors::position(&error))
     }

@@ -21,46 +21,58 @@
 //!
 //! # What a script can say
 //!
-//! - `s.camera`, `s.render`, `s.material(name)`, `s.get(name)`, `s.has(name)`, `s.entities()`, `s.tagged(tag)`,
-//!   `s.spawn(#{...})`, `s.despawn(entity)`, `s.add_material(name, #{...})`, `s.rng`.
-//! - An entity: its transform's fields (`translation rotation scale parent`), `yaw pitch roll`, `name`, `tags`,
-//!   `material` (a name), `color` of its light, and every component by name: `e.sphere.radius`, `e.area_light.color`.
-//!   Assigning `()` to a component takes it off.
-//! - A frame: `f.number f.index f.count f.seconds f.t f.fps f.rng f.span(a, b)`. Loop time is index / count, so that
-//!   the last frame joins the first; clip time is index / (count - 1). While `s.camera.shutter` is open, `frame` is
-//!   called for moments in between too: `f.t` and `f.seconds` are theirs, everything else is the frame's, and of
-//!   `s.render` and the shutter itself only what the frame's own time gives counts.
-//! - Parameters: `param(name, default)`, given by `-D name=value`.
-//! - Vectors: `vec3(x, y, z)` or `[x, y, z]`; `+ - * /`, `.x .y .z`, `dot cross length normalize distance`.
-//! - Motion: `lerp clamp smoothstep remap ease bezier spring keys orbit polar look_at aim rack`, `sind cosd tand`.
-//! - Random: `rng.float() rng.range(a, b) rng.int(a, b) rng.pick(list) rng.unit_vector()`, `rng(seed)`.
+//! It stands in one table (`table`): each function with its registration, its text and an example that runs as a test; the
+//! guide is made from it.
 
 mod closures;
 mod convert;
+mod curve;
+mod data;
+mod easing;
 mod engine;
 mod errors;
+pub mod examples;
 mod handles;
 pub mod host;
 pub mod idioms;
+mod inspect;
+mod interpolate;
 mod interpreter;
+mod mathematics;
 mod modules;
-mod motion;
+mod noise;
+mod options;
 mod overlay;
+mod parameters;
+mod paths;
+mod placing;
 mod random;
+mod rewrite;
+mod said;
 mod sandbox;
+mod scene_api;
+mod shared;
+mod simulation;
+mod subjects;
+mod table;
 mod time;
 mod tokens;
 mod vector;
+mod vocabulary;
+mod words;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, Subject, nearest};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, Subject};
 use crate::base::files;
 use crate::base::project::{FileRole, Folder, Project};
 use crate::components::{Edit, Scene};
 use host::{HostCommand, HostPool};
 use interpreter::Interpreter;
+pub use parameters::{Parameter, ParameterKind};
+use said::{Journal, Remarks, When};
+pub use table::{CHAPTERS, Chapter, Function};
 pub use time::{Header, TimeMode};
 
 /// Where scripts are evaluated.
@@ -85,6 +97,7 @@ pub struct Program {
     project: Arc<Project>,
     /// Values of parameters, which are the user's own words.
     given: Vec<String>,
+    journal: Journal,
 }
 
 /// A frame, counted from 1, and how many frames from its own time.
@@ -106,20 +119,25 @@ impl Program {
         project: &Arc<Project>,
         evaluation: &Evaluation,
     ) -> Result<Program, Diagnostics> {
+        let journal = Journal::new(&path.to_string_lossy());
         let (evaluator, header, has_setup, place_of_scene) = match evaluation {
             Evaluation::InProcess => {
-                let here = Box::new(Interpreter::open(path, defines, project)?);
+                let mut remarks = Remarks::default();
+                let opened = Interpreter::open(path, defines, project, &mut remarks);
+                journal.add(remarks, When::Top);
+                let here = Box::new(opened.map_err(|problems| problems.after(journal.take_printed()))?);
                 let (header, has_setup, place) = (here.header().clone(), here.has_setup(), here.place_of_scene());
                 (Evaluator::Here(here), header, has_setup, place)
             }
             Evaluation::Hosted(command) => {
-                let (pool, opened) = HostPool::open(command, path, defines, project)?;
+                let (pool, opened) = HostPool::open(command, path, defines, project, &journal)?;
                 (Evaluator::Hosted(Box::new(pool)), opened.header, opened.has_setup, opened.place_of_scene)
             }
         };
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let given = defines.iter().map(|(_, value)| value.clone()).collect();
-        Ok(Program { evaluator, header, has_setup, place_of_scene, folder, project: project.clone(), given })
+        let project = project.clone();
+        Ok(Program { evaluator, header, has_setup, place_of_scene, folder, project, given, journal })
     }
 
     /// What the script says of its sequence.
@@ -180,7 +198,18 @@ impl Program {
         if !self.has_setup {
             return Ok(Vec::new());
         }
-        self.call(scene, None)
+        self.call(scene, None).map_err(|problems| problems.after(self.take_printed()))
+    }
+
+    /// Parameters that were declared so far, by the top of the script and by what was evaluated since, in the order of
+    /// their declarations.
+    pub fn parameters(&self) -> Vec<Parameter> {
+        self.journal.parameters()
+    }
+
+    /// What the script has printed since this was asked last: each distinct line once, with the frames that said it.
+    pub fn take_printed(&self) -> Vec<String> {
+        self.journal.take_printed()
     }
 
     /// The edits of one frame, counted from 1, `offset` frames from its own time: a pure function of all three.
@@ -210,15 +239,15 @@ impl Program {
 
     fn call(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Result<Vec<Edit>, Diagnostics> {
         match &self.evaluator {
-            Evaluator::Here(interpreter) => interpreter.call(scene, time),
-            Evaluator::Hosted(pool) => pool.call(scene, time),
+            Evaluator::Here(interpreter) => {
+                let mut remarks = Remarks::default();
+                let outcome = interpreter.call(scene, time, &mut remarks);
+                self.journal.add(remarks, When::of(time));
+                outcome
+            }
+            Evaluator::Hosted(pool) => pool.call(scene, time, &self.journal),
         }
     }
-}
-
-/// The nearest known word as a help text.
-fn did_you_mean<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
-    nearest(found, known).map(|word| format!("did you mean `{word}`?"))
 }
 
 #[cfg(test)]

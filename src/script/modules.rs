@@ -117,9 +117,9 @@ impl<'a> ModuleLoader<'a> {
             let message = format!("more than {} modules, or {most} MiB of them", limits::SCRIPT_MODULES);
             return Err(self.mistake(importer, at, &message).into());
         }
-        self.sources.add(ScriptSource { file: known.into(), text: text.clone() });
-        let compiled = self.engine.compile(&text).map_err(|error| self.sources.diagnose_in(known, error.into()))?;
-        let mut ast = compiled;
+        let (source, compiled) = ScriptSource::compile(self.engine, known, text, &mut self.sources.vocabulary);
+        self.sources.add(source);
+        let mut ast = compiled?;
         ast.set_source(known);
         self.load(known, &ast)?;
         sandbox::start_call();

@@ -2,13 +2,14 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use ::rhai::{Array, Dynamic, Engine};
+use ::rhai::{Array, Dynamic};
 use glam::DVec3;
 use rand::rngs::ChaCha8Rng;
 use rand::{Rng, SeedableRng};
 
 use super::convert::number;
 use super::errors::{Fallible, complain};
+use super::table::{Chapter, Function};
 use crate::base::math::sin_cos_degrees;
 
 /// A generator that handles share: each number is drawn once.
@@ -49,6 +50,22 @@ impl Generator {
         Ok(list[index.min(list.len() - 1)].clone())
     }
 
+    /// A number of the normal distribution with mean 0 and deviation 1 (Box and Muller 1958).
+    fn normal(&mut self) -> f64 {
+        // 1 - x is never 0, whose logarithm would be infinite.
+        let radius = (-2.0 * libm::log(1.0 - self.float())).sqrt();
+        radius * sin_cos_degrees(360.0 * self.float()).1
+    }
+
+    /// Fisher and Yates, from the end.
+    fn shuffle(&mut self, mut list: Array) -> Array {
+        for last in (1..list.len()).rev() {
+            let index = (self.float() * (last + 1) as f64) as usize;
+            list.swap(index.min(last), last);
+        }
+        list
+    }
+
     fn unit_vector(&mut self) -> DVec3 {
         let z = 1.0 - 2.0 * self.float();
         let (sin, cos) = sin_cos_degrees(360.0 * self.float());
@@ -57,13 +74,98 @@ impl Generator {
     }
 }
 
-pub fn register(engine: &mut Engine) {
-    engine
-        .register_type_with_name::<Generator>("Random")
-        .register_fn("rng", |seed: i64| Generator::new(seed as u64))
-        .register_fn("float", Generator::float)
-        .register_fn("range", |g: &mut Generator, a: Dynamic, b: Dynamic| g.range(&a, &b))
-        .register_fn("int", Generator::int)
-        .register_fn("pick", |g: &mut Generator, list: Array| g.pick(&list))
-        .register_fn("unit_vector", Generator::unit_vector);
-}
+const RNG: (&str, &str) = ("rng", "a generator: `f.rng`, `s.rng`, or one made by `rng(seed)`");
+
+pub const CHAPTER: Chapter = Chapter {
+    title: "Random numbers",
+    functions: &[
+        Function {
+            name: "rng",
+            forms: &["rng(seed) -> generator"],
+            text: "A generator of random numbers: the same seed gives the same numbers, on every machine. `s.rng` in `setup` \
+                   and `f.rng` in `frame` are generators whose seed follows from that of `animation` and the frame.",
+            arguments: &[("seed", "a whole number")],
+            example: "rng(7).float() == rng(7).float()              // true",
+            register: |engine| {
+                engine
+                    .register_type_with_name::<Generator>("Random")
+                    .register_fn("rng", |seed: i64| Generator::new(seed as u64));
+            },
+        },
+        Function {
+            name: "float",
+            forms: &["rng.float() -> number"],
+            text: "A number from 0 up to, and without, 1; each as likely as any other.",
+            arguments: &[RNG],
+            example: "f.rng.float() < 1.0                           // true",
+            register: |engine| {
+                engine.register_fn("float", Generator::float);
+            },
+        },
+        Function {
+            name: "range",
+            forms: &["rng.range(a, b) -> number"],
+            text: "A number from a up to b.",
+            arguments: &[RNG, ("a", "the least"), ("b", "the most")],
+            example: "f.rng.range(3, 4) >= 3.0                      // true",
+            register: |engine| {
+                engine.register_fn("range", |g: &mut Generator, a: Dynamic, b: Dynamic| g.range(&a, &b));
+            },
+        },
+        Function {
+            name: "int",
+            forms: &["rng.int(a, b) -> whole number"],
+            text: "A whole number from a to b, both included.",
+            arguments: &[RNG, ("a", "the least, whole"), ("b", "the most, whole, not below a")],
+            example: "f.rng.int(3, 3)                               // 3",
+            register: |engine| {
+                engine.register_fn("int", Generator::int);
+            },
+        },
+        Function {
+            name: "normal",
+            forms: &["rng.normal() -> number", "rng.normal(mean, deviation) -> number"],
+            text: "A normally distributed number.",
+            arguments: &[RNG, ("mean", "0 if left out"), ("deviation", "standard deviation, from 0; 1 if left out")],
+            example: "f.rng.normal(5, 0)                            // 5.0",
+            register: |engine| {
+                engine.register_fn("normal", |g: &mut Generator| g.normal()).register_fn(
+                    "normal",
+                    |g: &mut Generator, mean: Dynamic, deviation: Dynamic| -> Fallible<f64> {
+                        Ok(number(&mean)? + number(&deviation)? * g.normal())
+                    },
+                );
+            },
+        },
+        Function {
+            name: "pick",
+            forms: &["rng.pick(list) -> value"],
+            text: "One item of a list.",
+            arguments: &[RNG, ("list", "a list with at least one item")],
+            example: "f.rng.pick([4])                               // 4",
+            register: |engine| {
+                engine.register_fn("pick", |g: &mut Generator, list: Array| g.pick(&list));
+            },
+        },
+        Function {
+            name: "shuffle",
+            forms: &["rng.shuffle(list) -> list"],
+            text: "The items of a list in another order; the list itself stays as it is.",
+            arguments: &[RNG, ("list", "any list")],
+            example: "f.rng.shuffle([1, 2, 3, 4]).len()             // 4",
+            register: |engine| {
+                engine.register_fn("shuffle", |g: &mut Generator, list: Array| g.shuffle(list));
+            },
+        },
+        Function {
+            name: "unit_vector",
+            forms: &["rng.unit_vector() -> vector"],
+            text: "A direction, each as likely as any other: a vector of length 1.",
+            arguments: &[RNG],
+            example: "f.rng.unit_vector().length()                  // 1.0",
+            register: |engine| {
+                engine.register_fn("unit_vector", Generator::unit_vector);
+            },
+        },
+    ],
+};

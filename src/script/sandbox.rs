@@ -47,6 +47,8 @@ struct CallWatch {
     probe: Cell<Probe>,
     /// Where the steps are shown to other threads.
     shown: Cell<Option<&'static AtomicU64>>,
+    /// What is told that a call starts.
+    told: Cell<Option<fn()>>,
 }
 
 thread_local! {
@@ -58,6 +60,7 @@ thread_local! {
             steps: Cell::new(0),
             probe: Cell::new(Probe { stop_at: None, report: None }),
             shown: Cell::new(None),
+            told: Cell::new(None),
         }
     };
 }
@@ -68,6 +71,9 @@ pub fn start_call() {
         watch.started.set(Some(clock::thread_time()));
         watch.ceiling.set(memory::held().map_or(usize::MAX, |held| held.saturating_add(limits::SCRIPT_BYTES)));
         watch.steps.set(0);
+        if let Some(tell) = watch.told.get() {
+            tell();
+        }
     });
 }
 
@@ -79,6 +85,11 @@ pub fn set_probe(probe: Probe) {
 /// Lets other threads see the steps of runs on this one.
 pub fn show_steps(at: &'static AtomicU64) {
     WATCH.with(|watch| watch.shown.set(Some(at)));
+}
+
+/// Lets somebody know of each call that starts on this thread.
+pub fn tell_of_calls(tell: fn()) {
+    WATCH.with(|watch| watch.told.set(Some(tell)));
 }
 
 /// Whether runs are looked into rather than made for their result.
@@ -150,8 +161,6 @@ pub fn close(engine: &mut Engine) {
         .set_max_functions(limits::SCRIPT_ITEMS)
         .set_max_modules(limits::SCRIPT_ITEMS);
     engine.on_progress(|_| WATCH.with(CallWatch::look).map(Dynamic::from));
-    // Nobody listens: a script speaks through its edits.
-    engine.on_print(|_| {}).on_debug(|_, _, _| {});
 }
 
 /// Whether an error is a limit that was reached, of which Rhai loses the place on the way out of functions.

@@ -98,7 +98,7 @@ fn entities_come_and_go() {
     .unwrap();
     let [Edit::Spawn(desc), Edit::Despawn { entity: 1 }] = &edits[..] else { panic!("{edits:?}") };
     let Some(Component::Transform(t)) = desc.get(Kind::Transform) else { panic!() };
-    assert_eq!((t.translation, t.rotation.y), (DVec3::new(0.0, 0.0, 3.0), 5.0));
+    assert_eq!((t.translation, t.rotation.y), (DVec3::new(0.0, 0.0, -3.0), 5.0));
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn keys_and_vectors() {
     assert_eq!(at("keys([[0, [0, 0, 0]], [1, [2, 4, 6]]], f.t)"), DVec3::new(1.0, 2.0, 3.0));
     assert_eq!(at("keys([[0, [0, 0, 0]], [0.25, [1, 1, 1], \"in_quad\"]], f.t)"), DVec3::ONE);
     assert_eq!(at("vec3(1, 2, 3) * 2 + [1, 0, 0] - vec3(0, 1, 0) / 2"), DVec3::new(3.0, 3.5, 6.0));
-    assert_eq!(at("orbit([0, 1, 0], 2, 0.25)"), DVec3::new(0.0, 1.0, 2.0));
+    assert_eq!(at("orbit([0, 1, 0], 2, 0.25)"), DVec3::new(0.0, 1.0, -2.0));
     assert_eq!(at("[lerp(0, 2, f.t), sind(90), f.span(0, 1)]"), DVec3::new(1.0, 1.0, 0.5));
 }
 
@@ -184,7 +184,7 @@ fn parameters_are_read_like_their_defaults() {
     assert_eq!(program.header().frames, 7);
     let Edit::Camera(camera) = program.frame(&scene(), 7, 0.0).unwrap().remove(0) else { panic!() };
     assert_eq!(camera.fov, 50.0);
-    assert!(open(text, &[("n", "many")]).err().unwrap().contains("-D n=many: expected a number"));
+    assert!(open(text, &[("n", "many")]).err().unwrap().contains("-D n=many: expected a whole number"));
     assert!(open(text, &[("fow", "1")]).err().unwrap().contains("did you mean `fov`?"));
 }
 
@@ -201,12 +201,12 @@ fn mistakes_have_a_place_a_frame_and_a_better_word() {
     said("s.get(\"near\").material = \"gold\";", &["there is no material `gold`"]);
     said("s.get(\"near\").parent = \"nobody\";", &["there is no entity `nobody`"]);
     said("s.camera.lens = \"Dsik\";", &["`lens` of the camera: expected one of Disk, Square", "did you mean `Disk`?"]);
-    said("let x = eaze(\"in_quad\", 1);", &["there is no function `eaze` for (text, whole number)", "`ease`"]);
+    said("let x = eaze(\"in_quad\", 1);", &["there is no function `eaze`", "`ease`"]);
     said("let x = ease(\"in_qaud\", 1);", &["there is no easing `in_qaud`", "`in_quad`"]);
     said("let lamp = 1; x = lmap;", &["there is no variable"]);
     said("s.spawn(#{ spere: #{} });", &["unknown property `spere`", "did you mean `sphere`?"]);
     said("s.camera.fov = 10", &[]);
-    said("let x = [1, 2", &["show.rhai:5:"]);
+    said("let x = [1, 2", &["show.rhai:4:"]);
 }
 
 #[test]
@@ -239,6 +239,128 @@ fn a_script_stays_in_its_sandbox() {
     said("let t = \"x\"; loop { t += t; }", &["a text grows beyond"]);
 }
 
+/// What a script prints while its frames 1 to 3 are evaluated.
+fn printed(text: &str) -> Vec<String> {
+    let program = open(text, &[]).unwrap();
+    (1..=3).for_each(|n| drop(program.frame(&scene(), n, 0.0).unwrap()));
+    let short = |line: String| line[line.find("show.rhai").unwrap()..].to_string();
+    program.take_printed().into_iter().map(short).collect()
+}
+
+#[test]
+fn division_of_whole_numbers_gives_a_fraction() {
+    let fov = |body: &str| camera(&format!("s.camera.fov = {body};")).fov;
+    assert_eq!(fov("40 + f.index / f.count * 10"), 44.0);
+    assert_eq!(fov("360 * f.index / 7"), 720.0 / 7.0);
+    assert_eq!(fov("7 / 2 + div(7, 2) + 7 % 2 + -7 / 2.0 + 10"), 14.0);
+    assert_eq!(camera("let n = 9; n /= 2; s.camera.fov = n; s.camera.fov /= 3;").fov, 1.5);
+    assert_eq!(camera("let a = [1, 2]; a[f.index - 1] /= 4; s.camera.fov = a[1];").fov, 0.5);
+    said("let x = 1 / 0;", &["1 / 0: a division by 0", "show.rhai:4:"]);
+}
+
+#[test]
+fn ranges_and_indices_take_whole_fractions() {
+    assert_eq!(
+        camera("let n = 0; for i in 0..6 / 2 { n += i; } for i in 1.0..=3.0 { n += i; } s.camera.fov = n;").fov,
+        9.0
+    );
+    assert_eq!(camera("let a = [10, 20, 30]; s.camera.fov = a[4 / 2] + a[floor(1.7)];").fov, 50.0);
+    said("let a = [1]; let b = a[1 / 2];", &["an index must be a whole number, not 0.5", "show.rhai:4:24"]);
+    said("for i in 0..5 / 2 { }", &["the end of a range must be a whole number, not 2.5"]);
+}
+
+#[test]
+fn the_scene_may_have_any_name() {
+    let text = "animation(#{ frames: 5 });
+        fn tint(stage) { stage.get(\"near\").yaw = 5; stage.get(`${\"far\"}`).sphere.radius += 1; }
+        fn setup(world) { world.material(\"brass\").color = [1, 0, 0]; }
+        fn frame(anything, f) { tint(anything); let m = #{ get: 3 }; m.get += 1; }";
+    let program = open(text, &[]).unwrap();
+    assert_eq!(program.frame(&scene(), 1, 0.0).unwrap().len(), 2);
+    assert_eq!(program.setup(&scene()).unwrap().len(), 1);
+}
+
+#[test]
+fn rows_of_subjects_are_racked_with_marks() {
+    let at = |body: &str| camera(&format!("s.camera.focus_distance = {body};")).focus_distance.unwrap();
+    assert!((at("rack([\"near\", \"far\"], f.t)") - 3.2).abs() < 1e-12);
+    assert!((at("rack([\"near\", s.get(\"far\"), 2], 0.5)") - 8.0).abs() < 1e-12);
+    assert!((at("s.rack([[0, \"near\"], [0.5, \"near\"], [1.0, \"far\", \"linear\"]], 0.75)") - 3.2).abs() < 1e-12);
+    assert!((at("rack([[0, 0, 8], [0, 0, 2]], 0.5, \"in_out_sine\")") - 3.2).abs() < 1e-12);
+    said("rack([[0.5, \"near\"], [0.2, \"far\"]], 1);", &["the mark at 0.2 comes after 0.5"]);
+    said("rack(\"key\", [0, 0, 20], 1);", &["is not in front of the camera"]);
+}
+
+#[test]
+fn keys_know_subjects_holds_and_angles() {
+    let at = |body: &str| camera(&format!("s.camera.at = {body};")).at;
+    assert_eq!(at("keys([[0, \"near\"], [1, \"far\"]], 0.5)"), DVec3::new(0.0, 0.0, 5.0));
+    assert_eq!(at("keys([#{ at: 0, value: [0, 0, 0], hold: 0.5 }, [1, [0, 4, 0]]], 0.75)"), DVec3::new(0.0, 2.0, 0.0));
+    assert_eq!(at("[keys([[0, 350], [1, 10]], 0.5, #{ angles: true }), 0, 0]"), DVec3::new(360.0, 0.0, 0.0));
+    said("keys([[0, \"naer\"], [1, \"far\"]], 0.5);", &["no entity `naer`", "`near`"]);
+    said("keys([[1, 2], [0, 3]], 0.5);", &["time 0 comes after 1"]);
+}
+
+#[test]
+fn paths_run_through_entities_too() {
+    let at = |body: &str| camera(&format!("s.camera.at = {body};")).at;
+    assert_eq!(at("along(path([\"near\", \"far\"]), 0.5)"), DVec3::new(0.0, 0.0, 5.0));
+    said("path([[0, 0, 0]]);", &["a path needs at least 2 points"]);
+    said("path([[0, 0, 0], [1, 1, 1]], #{ knid: 3 });", &["path has no option `knid`", "`kind`"]);
+}
+
+#[test]
+fn lists_of_numbers_scale_like_vectors_and_vectors_index_like_lists() {
+    let at = |body: &str| camera(&format!("s.camera.at = {body};")).at;
+    assert_eq!(at("[1, 2, 3] * f.t"), DVec3::new(0.5, 1.0, 1.5));
+    assert_eq!(at("[2, 4, 6] / 2 - [1, 1, 1]"), DVec3::new(0.0, 1.0, 2.0));
+    let indexed = camera("let v = s.camera.from; v[0] = 7; s.camera.at = [v[0], v[-1], v.z];").at;
+    assert_eq!(indexed, DVec3::new(7.0, 10.0, 10.0));
+    said("let v = s.camera.from; v[3];", &["a vector has the coordinates 0, 1 and 2, not the number 3"]);
+}
+
+#[test]
+fn what_a_script_prints_is_kept_with_its_place_and_frames() {
+    let text = "print(\"top\");\nanimation(#{ frames: 3 });\nfn frame(s, f) {\n  print(\"same\");\n  print(`n ${f.number}`); \
+                debug([\"a\", 1]);\n  \"method\".print();\n}";
+    assert_eq!(
+        printed(text),
+        [
+            "show.rhai:1: top",
+            "show.rhai:4: in frames 1-3: same",
+            "show.rhai:5: in frames 1-3: [\"a\", 1]",
+            "show.rhai:5: in frame 1: n 1",
+            "show.rhai:5: in frame 2: n 2",
+            "show.rhai:5: in frame 3: n 3",
+            "show.rhai:6: in frames 1-3: method",
+        ]
+    );
+}
+
+#[test]
+fn parameters_are_declared_with_ranges() {
+    let text = "const A = param(\"aperture\", 0.2, #{ min: 0, max: 1, step: 0.01, label: \"Lens opening\" });
+        animation(#{});
+        fn frame(s, f) { s.camera.aperture = A; s.camera.lens = param(\"lens\", \"Disk\", #{ choices: [\"Disk\", \"Square\"] }); }";
+    let program = open(text, &[("aperture", "0.75")]).unwrap();
+    let Edit::Camera(camera) = program.frame(&scene(), 1, 0.0).unwrap().remove(0) else { panic!() };
+    assert_eq!(camera.aperture, 0.75);
+    let lines: Vec<String> = program.parameters().iter().map(Parameter::line).collect();
+    assert_eq!(
+        lines,
+        ["aperture = 0.2   a number from 0 to 1 in steps of 0.01   Lens opening", "lens = Disk   one of Disk, Square"]
+    );
+    let refused = |name: &str, value: &str| match open(text, &[(name, value)]) {
+        Ok(program) => program.frame(&scene(), 1, 0.0).unwrap_err().to_string(),
+        Err(message) => message,
+    };
+    assert!(refused("aperture", "1.5").contains("-D aperture=1.5: expected a number from 0 to 1"));
+    assert!(refused("lens", "Sqare").contains("did you mean `Square`?"));
+    let twice = "animation(#{ frames: param(\"n\", 2) }); fn frame(s, f) { param(\"n\", 3); }";
+    let message = open(twice, &[]).unwrap().frame(&scene(), 1, 0.0).unwrap_err().to_string();
+    assert!(message.contains("`n` is declared twice"), "{message}");
+}
+
 #[test]
 fn limits_point_at_the_statement() {
     let script = |helper: &str, body: &str| {
@@ -263,6 +385,44 @@ fn closures_tell_no_name() {
         if h.name != \"frame\" || !g.is_anonymous || g.call(1) != 2 { throw \"a closure is one no longer\"; }";
     assert_eq!(frame(text), Ok(vec![]));
     said("get_fn_metadata_list();", &["cannot list its functions"]);
+}
+
+/// A script whose state counts steps and adds up their seconds.
+const COUNTING: &str = "fn start(s) { #{ n: 0, x: 1.0, list: [vec3(0, 0, 0)] } }
+    fn step(state, f) { state.n += 1; state.x += f.dt; state.list[0].y = state.x; state }
+    fn frame(s, f) { s.camera.from = [f.state.x, f.state.list[0].y, f.state.n]; }";
+
+#[test]
+fn a_simulation_goes_on_from_step_to_step() {
+    let program = open(&format!("animation(#{{ frames: 9, fps: 2, steps_per_frame: 4 }}); {COUNTING}"), &[]).unwrap();
+    let rest = scene();
+    let at = |number: u32, offset: f64| {
+        let Edit::Camera(camera) = program.frame(&rest, number, offset).unwrap().remove(0) else { panic!() };
+        camera.from
+    };
+    // Backwards first: the order in which frames are asked for does not matter.
+    assert_eq!(at(5, 0.0), DVec3::new(3.0, 3.0, 16.0));
+    assert_eq!(at(1, 0.0), DVec3::new(1.0, 0.0, 0.0));
+    assert_eq!(at(3, 0.0), DVec3::new(2.0, 2.0, 8.0));
+    // Between two steps numbers are interpolated, and go on straight before the first.
+    assert_eq!(at(2, 0.125), DVec3::new(1.5625, 1.5625, 4.0));
+    assert_eq!(at(1, -0.25).x, 0.875);
+}
+
+#[test]
+fn mistakes_in_a_simulation_are_explained() {
+    let fails = |text: &str, words: &[&str]| {
+        let message = match open(&format!("animation(#{{ frames: 5 }});\n{text}"), &[]) {
+            Ok(program) => program.frame(&scene(), 3, 0.0).unwrap_err().to_string(),
+            Err(message) => message,
+        };
+        words.iter().for_each(|word| assert!(message.contains(word), "{word}\n{message}"));
+    };
+    fails("fn start(s) { 1 } fn frame(s, f) { }", &["no `step(state, f)`"]);
+    fails("fn frame(s, f) { let x = f.state; }", &["there is no state", "fn start(s)"]);
+    fails("fn start(s) { 1 }\nfn step(state, f) { state.x }\nfn frame(s, f) { }", &["show.rhai:3:", "in frame 2"]);
+    fails("fn start(s) { s.get(\"near\") } fn step(a, f) { a } fn frame(s, f) { }", &["a state holds numbers"]);
+    fails("fn start(s) { s.camera.fov = 3; 1 } fn step(a, f) { a } fn frame(s, f) { }", &["cannot change the scene"]);
 }
 
 proptest! {

@@ -32,7 +32,7 @@ use crate::components::{Accel, Aov, Edit, Integrator, Render, Scene};
 use crate::load;
 use crate::load::mesh::MeshFiles;
 use crate::output::names::Target;
-use crate::script::{Evaluation, Program};
+use crate::script::{Evaluation, Parameter, Program};
 use crate::systems::{self, Stage};
 
 /// Settings of the command line; they have the last word in every frame.
@@ -333,6 +333,16 @@ impl Shot {
     /// Number of frames; 1 for a scene alone.
     pub fn frames(&self) -> u32 {
         self.input.program.as_ref().map_or(1, |(program, _)| program.header().frames)
+    }
+
+    /// Parameters that the script has declared so far, in the order of their declaration; none for a scene.
+    pub fn parameters(&self) -> Vec<Parameter> {
+        self.input.program.as_ref().map_or_else(Vec::new, |(program, _)| program.parameters())
+    }
+
+    /// What the script has printed since this was asked last, a line for each distinct one.
+    pub fn take_printed(&self) -> Vec<String> {
+        self.input.program.as_ref().map_or_else(Vec::new, |(program, _)| program.take_printed())
     }
 
     /// Frames per second of a sequence; `None` for a scene alone.

@@ -11,7 +11,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::Shot;
 use super::fingerprint::{Fingerprint, FramePart};
 use super::reuse::light_mix::{self, LightMix, LightMixes};
-use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, ranges};
 use crate::base::digest::Digest;
 use crate::components::Scene;
 use crate::output::manifest::Manifest;
@@ -364,16 +364,3 @@ pub fn summary<'a>(wrong: impl Iterator<Item = (u32, &'a Diagnostics)>, total: u
 
 /// Frames of which the problems are shown.
 const SHOWN: usize = 3;
-
-/// Ascending numbers as `1-4, 7`.
-pub fn ranges(numbers: &[u32]) -> String {
-    let runs = numbers.chunk_by(|a, b| a + 1 == *b).map(|run| match run {
-        [one] => one.to_string(),
-        _ => format!("{}-{}", run[0], run[run.len() - 1]),
-    });
-    let runs: Vec<String> = runs.collect();
-    match runs.len() {
-        0..=20 => runs.join(", "),
-        _ => format!("{}, ...", runs[..20].join(", ")),
-    }
-}

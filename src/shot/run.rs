@@ -8,10 +8,10 @@ use std::time::Instant;
 use rustc_hash::FxHashMap;
 
 use super::Shot;
-use super::plan::{Plan, PlannedFrame, ranges};
+use super::plan::{Plan, PlannedFrame};
 use super::reuse::ReuseCache;
 pub use super::reuse::ReusePolicy;
-use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, ranges};
 use crate::base::digest::Digest;
 use crate::base::{files, limits};
 use crate::components::Render;

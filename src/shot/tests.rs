@@ -262,7 +262,7 @@ fn hopeless_input_is_given_up_early() {
     let wanted: Vec<u32> = (1..=100_000).collect();
     let problems = plan::check(&mut shot, &wanted).unwrap_err();
     assert!(problems.to_string().contains("frame 1"), "{problems}");
-    assert_eq!(plan::ranges(&[1, 2, 3, 7, 9, 10]), "1-3, 7, 9-10");
+    assert_eq!(crate::base::diagnostics::ranges(&[1, 2, 3, 7, 9, 10]), "1-3, 7, 9-10");
 }
 
 #[test]

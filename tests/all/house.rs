@@ -7,6 +7,7 @@ use std::process::Command;
 /// Rooms from the top floor down; rooms on one line do not import each other.
 const FLOORS: &[&[&str]] = &[
     &["cli"],
+    &["guide"],
     &["shot"],
     &["compare"],
     &["systems"],
@@ -21,12 +22,15 @@ const FLOORS: &[&[&str]] = &[
 const CRATES: &[(&str, &[&str])] = &[
     ("hecs", &["systems", "components"]),
     ("rhai", &["script"]),
+    ("csv", &["script"]),
     ("ron", &["load"]),
     ("earcutr", &["load"]),
     ("jpeg_decoder", &["load"]),
     ("png", &["output"]),
     ("exr", &["load", "output"]),
     ("clap", &["cli"]),
+    ("clap_complete", &["cli"]),
+    ("clap_mangen", &["cli"]),
     ("ctrlc", &["cli"]),
 ];
 

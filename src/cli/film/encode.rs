@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::options::FilmOptionArguments;
+use crate::base::diagnostics::ranges;
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::base::digest::{Digest, Hasher};
 use crate::base::rate::Rate;
@@ -11,7 +12,6 @@ use crate::output::film::{
     FilmFrame, FilmOptions, FilmSpec, FilmWriter, GifPalette, PaletteChoice, PaletteFinder, VideoCodec, left_out,
 };
 use crate::output::{FilmFormat, Metadata};
-use crate::shot::plan::ranges;
 
 /// A frame on disk.
 pub struct FrameFile {

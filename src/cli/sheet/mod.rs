@@ -177,7 +177,8 @@ fn rendering(
     frames: Option<String>,
     out: Option<String>,
 ) -> RenderArguments {
-    let input = InputArguments { input: input.to_path_buf(), defines, strict: false, access: arguments.access.clone() };
+    let access = arguments.access.clone();
+    let input = InputArguments { input: input.to_path_buf(), defines, strict: false, log: None, access };
     let wanted = FrameArguments { input, frames, shard: None, out, look: arguments.look.clone() };
     RenderArguments::quiet(wanted, arguments.force, arguments.progress)
 }

@@ -111,6 +111,21 @@ impl PartialEq for Mesh {
     }
 }
 
+/// What the fields of a mesh are, in the order of [`Mesh::FIELDS`].
+const MESH_DOCS: [&str; 11] = [
+    "A file of triangles, relative to the scene; `####` in its name stands for `frame`.",
+    "Number of the file, where its name has `####`; between whole numbers the mesh is between the two files.",
+    "A group or object of the file: nothing else of it shows.",
+    "Whether normals are made where there are none, so that faces blend into each other.",
+    "Greatest angle in degrees between faces that blend into each other.",
+    "Whether faces wear the materials that the file names for them.",
+    "Corners, local space, world units.",
+    "Three numbers of `vertices` for each triangle, counted from 0.",
+    "A normal for each of `vertices`, or none.",
+    "Texture coordinates for each of `vertices`, or none.",
+    "Linear colour and alpha for each of `vertices`, multiplied with the colour of the material, or none.",
+];
+
 impl Record for Mesh {
     fn fields(&self) -> &'static [&'static str] {
         Self::FIELDS
@@ -167,6 +182,15 @@ impl Record for Mesh {
             _ => return Err(FieldError::Unknown { known: Self::FIELDS }),
         }
         Ok(())
+    }
+    fn probe(&self, field: &str, value: &Value) -> Result<(), FieldError> {
+        super::record::probe(self.clone(), field, value)
+    }
+    fn docs(&self) -> &'static str {
+        "Triangles from a file, or written out. A mesh that many entities use is stored once."
+    }
+    fn field_docs(&self) -> &'static [&'static str] {
+        &MESH_DOCS
     }
 }
 

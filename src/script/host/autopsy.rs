@@ -13,6 +13,7 @@ use crate::base::diagnostics::{Diagnostic, Diagnostics, Place};
 use crate::base::limits;
 use crate::base::project::Project;
 use crate::script::Moment;
+use crate::script::said::Journal;
 
 /// A call with the scene that it started from.
 pub type SentCall<'a> = (&'a Arc<SentScene>, Option<Moment>);
@@ -97,15 +98,17 @@ impl Autopsy<'_> {
     /// Makes the run once more, in a process of its own.
     fn again(&self, probing: Probing) -> Result<Result<(), Diagnostics>, Death> {
         let nothing = Ok(Err(Diagnostics::default()));
+        // What it says was said before.
+        let journal = Journal::new("");
         let Ok(mut worker) = HostWorker::start(self.command) else { return nothing };
         let Some((scene, time)) = self.call else {
             worker.probe(probing)?;
-            return worker.open(self.opening, self.project).map(|opened| opened.map(drop));
+            return worker.open(self.opening, self.project, &journal).map(|opened| opened.map(drop));
         };
-        if worker.open(self.opening, self.project)?.is_err() {
+        if worker.open(self.opening, self.project, &journal)?.is_err() {
             return nothing;
         }
         worker.probe(probing)?;
-        worker.call(scene, time, self.project).map(|edits| edits.map(drop))
+        worker.call(scene, time, self.project, &journal).map(|edits| edits.map(drop))
     }
 }

@@ -14,6 +14,7 @@ use crate::base::diagnostics::{Diagnostics, Place, Subject};
 use crate::base::project::Project;
 use crate::components::{Edit, Scene};
 use crate::script::Moment;
+use crate::script::said::Journal;
 
 /// One script, open in some processes.
 pub struct HostPool {
@@ -44,6 +45,7 @@ impl HostPool {
         path: &Path,
         defines: &[(String, String)],
         project: &Arc<Project>,
+        journal: &Journal,
     ) -> Result<(HostPool, Opened), Diagnostics> {
         let opening = Opening {
             version: env!("CARGO_PKG_VERSION").into(),
@@ -60,7 +62,8 @@ impl HostPool {
             scene: Mutex::default(),
             looked_into: AtomicU32::new(0),
         };
-        let (worker, opened) = pool.another()?;
+        let opened = pool.another(journal).map_err(|problems| problems.after(journal.take_printed()));
+        let (worker, opened) = opened?;
         lock(&pool.idle).push(worker);
         Ok((pool, opened))
     }
@@ -69,14 +72,14 @@ impl HostPool {
     ///
     /// # Errors
     /// Mistakes of the script; a process that cannot be started or that the script has ended.
-    pub fn call(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Result<Vec<Edit>, Diagnostics> {
+    pub fn call(&self, scene: &Arc<Scene>, time: Option<Moment>, journal: &Journal) -> Result<Vec<Edit>, Diagnostics> {
         let scene = self.sent(scene);
         let idle = lock(&self.idle).pop();
         let mut worker = match idle {
             Some(worker) => worker,
-            None => self.another()?.0,
+            None => self.another(journal)?.0,
         };
-        match worker.call(&scene, time, &self.project) {
+        match worker.call(&scene, time, &self.project, journal) {
             Ok(outcome) => {
                 lock(&self.idle).push(worker);
                 outcome
@@ -89,15 +92,17 @@ impl HostPool {
     pub fn place_of(&self, scene: &Arc<Scene>, time: Option<Moment>, subject: Subject) -> Option<Place> {
         let scene = self.sent(scene);
         let idle = lock(&self.idle).pop();
-        let mut worker = idle.or_else(|| self.another().ok().map(|(worker, _)| worker))?;
-        let place = worker.place_of(&scene, time, subject, &self.project).ok()?;
+        // What it says was said before.
+        let journal = Journal::new("");
+        let mut worker = idle.or_else(|| self.another(&journal).ok().map(|(worker, _)| worker))?;
+        let place = worker.place_of(&scene, time, subject, &self.project, &journal).ok()?;
         lock(&self.idle).push(worker);
         place.ok().flatten()
     }
 
-    fn another(&self) -> Result<(HostWorker, Opened), Diagnostics> {
+    fn another(&self, journal: &Journal) -> Result<(HostWorker, Opened), Diagnostics> {
         let mut worker = HostWorker::start(&self.command)?;
-        match worker.open(&self.opening, &self.project) {
+        match worker.open(&self.opening, &self.project, journal) {
             Ok(opened) => opened.map(|opened| (worker, opened)),
             Err(death) => Err(self.explain(&death, None)),
         }

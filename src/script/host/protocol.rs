@@ -10,6 +10,7 @@ use crate::base::project::FileRole;
 use crate::base::rate::Rate;
 use crate::components::Kind;
 use crate::script::Moment;
+use crate::script::said::Remarks;
 use crate::script::time::{Header, TimeMode};
 
 /// What the program asks for.
@@ -55,8 +56,8 @@ pub struct Opened {
 
 /// What comes back.
 pub enum Reply<T> {
-    /// The run was made; with the files that it has looked for since the last reply.
-    Done { outcome: Result<T, Diagnostics>, files: Vec<(PathBuf, FileRole)> },
+    /// The run was made; with the files that it has looked for since the last reply, and what it said on its way.
+    Done { outcome: Result<T, Diagnostics>, files: Vec<(PathBuf, FileRole)>, remarks: Remarks },
     /// It is at this step.
     Step(u64),
     /// It is at this step and takes too long; the process ends.
@@ -207,13 +208,14 @@ impl Codec for Request {
 
 impl Codec for Header {
     fn encode(&self, to: &mut Encoder) {
-        let Header { scene, rate, frames, mode, seed } = self;
+        let Header { scene, rate, frames, mode, seed, steps_per_frame } = self;
         to.put(scene);
         to.put(&rate.numerator());
         to.put(&rate.denominator());
         to.put(frames);
         to.put(&(*mode == TimeMode::Loop));
         to.put(seed);
+        to.put(steps_per_frame);
     }
     fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
         Ok(Header {
@@ -222,6 +224,7 @@ impl Codec for Header {
             frames: from.get()?,
             mode: if from.get()? { TimeMode::Loop } else { TimeMode::Clip },
             seed: from.get()?,
+            steps_per_frame: from.get()?,
         })
     }
 }
@@ -241,15 +244,17 @@ impl Codec for Opened {
 impl<T: Codec> Codec for Reply<T> {
     fn encode(&self, to: &mut Encoder) {
         match self {
-            Reply::Done { outcome: Ok(value), files } => {
+            Reply::Done { outcome: Ok(value), files, remarks } => {
                 to.put(&0u8);
                 to.put(value);
                 to.put(files);
+                to.put(remarks);
             }
-            Reply::Done { outcome: Err(problems), files } => {
+            Reply::Done { outcome: Err(problems), files, remarks } => {
                 to.put(&1u8);
                 to.put(problems);
                 to.put(files);
+                to.put(remarks);
             }
             Reply::Step(step) => {
                 to.put(&2u8);
@@ -263,8 +268,8 @@ impl<T: Codec> Codec for Reply<T> {
     }
     fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
         Ok(match from.get::<u8>()? {
-            0 => Reply::Done { outcome: Ok(from.get()?), files: from.get()? },
-            1 => Reply::Done { outcome: Err(from.get()?), files: from.get()? },
+            0 => Reply::Done { outcome: Ok(from.get()?), files: from.get()?, remarks: from.get()? },
+            1 => Reply::Done { outcome: Err(from.get()?), files: from.get()?, remarks: from.get()? },
             2 => Reply::Step(from.get()?),
             3 => Reply::Overdue(from.get()?),
             _ => return Err(Malformed),

@@ -14,6 +14,7 @@ use crate::base::project::{FileRole, Project};
 use crate::base::{clock, limits, memory};
 use crate::components::Scene;
 use crate::script::interpreter::Interpreter;
+use crate::script::said::Remarks;
 use crate::script::sandbox;
 
 /// Processor time of the process when the run began, in nanoseconds; 0 while there is none.
@@ -66,6 +67,8 @@ struct Session {
     project: Arc<Project>,
     /// Files that the program knows of already.
     told: usize,
+    /// Parameters that it knows of.
+    told_parameters: usize,
     scene: Arc<Scene>,
     /// For answers: it knows what came with the scene.
     encoder: Encoder,
@@ -76,6 +79,7 @@ fn work() -> io::Result<()> {
     let mut input = io::stdin().lock();
     let mut session = Session::default();
     sandbox::show_steps(&STEP);
+    sandbox::tell_of_calls(restart);
     while let Some(message) = receive(&mut input)? {
         let request = Decoder::new(&message, SharedTable::default(), false).get::<Request>();
         match request.map_err(|Malformed| io::Error::from(io::ErrorKind::InvalidData))? {
@@ -90,22 +94,27 @@ fn work() -> io::Result<()> {
                 confine::addresses(limits::SCRIPT_ADDRESSES);
             }
             Request::Open(opening) => {
-                let outcome = bounded(|| session.open(opening));
+                let mut remarks = Remarks::default();
+                let outcome = bounded(|| session.open(opening, &mut remarks));
                 let files = session.new_files();
-                say(&Reply::Done { outcome, files }, &mut session.encoder);
+                session.keep_new(&mut remarks);
+                say(&Reply::Done { outcome, files, remarks }, &mut session.encoder);
             }
             Request::Call(time) => {
+                let mut remarks = Remarks::default();
                 let outcome = bounded(|| match &session.script {
-                    Some(script) => script.call(&session.scene, time),
+                    Some(script) => script.call(&session.scene, time, &mut remarks),
                     None => Err(Diagnostic::error("no script is open").into()),
                 });
                 let files = session.new_files();
-                say(&Reply::Done { outcome, files }, &mut session.encoder);
+                session.keep_new(&mut remarks);
+                say(&Reply::Done { outcome, files, remarks }, &mut session.encoder);
             }
             Request::PlaceOf(time, part, component) => {
                 let place = |script: &Interpreter| script.place_of(&session.scene, time, part, component);
                 let outcome = bounded(|| Ok(session.script.as_ref().and_then(place)));
-                say(&Reply::Done { outcome, files: Vec::new() }, &mut session.encoder);
+                let reply = Reply::Done { outcome, files: Vec::new(), remarks: Remarks::default() };
+                say(&reply, &mut session.encoder);
             }
         }
     }
@@ -126,6 +135,14 @@ fn bounded<T>(run: impl FnOnce() -> Result<T, Diagnostics>) -> Result<T, Diagnos
     outcome
 }
 
+/// Gives a run its time anew: each step of a simulation has that of a call.
+fn restart() {
+    if RUNNING_SINCE.load(Ordering::Relaxed) > 0 {
+        confine::processor(2 * limits::SCRIPT_SECONDS_AT_MOST);
+        RUNNING_SINCE.store(now().max(1), Ordering::Relaxed);
+    }
+}
+
 fn probe(probing: Probing) -> sandbox::Probe {
     match probing {
         Probing::Tell { from, every } => {
@@ -137,18 +154,27 @@ fn probe(probing: Probing) -> sandbox::Probe {
 }
 
 impl Session {
-    fn open(&mut self, opening: Opening) -> Result<Opened, Diagnostics> {
+    fn open(&mut self, opening: Opening, remarks: &mut Remarks) -> Result<Opened, Diagnostics> {
         let Opening { version, path, defines, root, allowed } = opening;
         if version != env!("CARGO_PKG_VERSION") {
             let message = format!("the script's process is of version {}, not {version}", env!("CARGO_PKG_VERSION"));
             return Err(Diagnostic::error(message).because(Cause::Io).into());
         }
         self.project = Arc::new(Project::new(root, allowed));
-        let script = Interpreter::open(&path, &defines, &self.project)?;
+        let script = Interpreter::open(&path, &defines, &self.project, remarks)?;
         let (header, has_setup) = (script.header().clone(), script.has_setup());
         let place_of_scene = script.place_of_scene();
         self.script = Some(script);
         Ok(Opened { header, has_setup, place_of_scene })
+    }
+
+    /// Leaves out the parameters, if the program was told of all of them.
+    fn keep_new(&mut self, remarks: &mut Remarks) {
+        if remarks.parameters.len() == self.told_parameters {
+            remarks.parameters.clear();
+        } else {
+            self.told_parameters = remarks.parameters.len();
+        }
     }
 
     /// All files, if there are any that the program was not told of.

@@ -11,6 +11,7 @@ use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, Place, Subject};
 use crate::base::project::Project;
 use crate::components::{Edit, Scene};
 use crate::script::Moment;
+use crate::script::said::{Journal, When};
 
 /// A scene as bytes, and what answers may name by number.
 pub struct SentScene {
@@ -77,8 +78,13 @@ impl HostWorker {
     ///
     /// # Errors
     /// The process has come to its end.
-    pub fn open(&mut self, opening: &Opening, project: &Project) -> Result<Result<Opened, Diagnostics>, Death> {
-        self.ask(&Request::Open(opening.clone()), project)
+    pub fn open(
+        &mut self,
+        opening: &Opening,
+        project: &Project,
+        journal: &Journal,
+    ) -> Result<Result<Opened, Diagnostics>, Death> {
+        self.ask(&Request::Open(opening.clone()), project, journal, When::Top)
     }
 
     /// # Errors
@@ -97,9 +103,10 @@ impl HostWorker {
         scene: &Arc<SentScene>,
         time: Option<Moment>,
         project: &Project,
+        journal: &Journal,
     ) -> Result<Result<Vec<Edit>, Diagnostics>, Death> {
         self.show(scene)?;
-        self.ask(&Request::Call(time), project)
+        self.ask(&Request::Call(time), project, journal, When::of(time))
     }
 
     /// Where a call writes to a part of the scene.
@@ -112,9 +119,10 @@ impl HostWorker {
         time: Option<Moment>,
         subject: Subject,
         project: &Project,
+        journal: &Journal,
     ) -> Result<Result<Option<Place>, Diagnostics>, Death> {
         self.show(scene)?;
-        self.ask(&Request::PlaceOf(time, subject.part, subject.component), project)
+        self.ask(&Request::PlaceOf(time, subject.part, subject.component), project, journal, When::of(time))
     }
 
     /// Sends a scene, unless it is there.
@@ -139,14 +147,21 @@ impl HostWorker {
         }
     }
 
-    fn ask<T: Codec>(&mut self, request: &Request, project: &Project) -> Result<Result<T, Diagnostics>, Death> {
+    fn ask<T: Codec>(
+        &mut self,
+        request: &Request,
+        project: &Project,
+        journal: &Journal,
+        when: When,
+    ) -> Result<Result<T, Diagnostics>, Death> {
         let (mut overdue_at, mut last_step) = (None, None);
         // Where it hangs up while it is asked, its answer may tell why.
         let _ = self.send(request);
         while let Ok(Some(message)) = receive(&mut self.output) {
             let table = self.scene.as_ref().map(|scene| scene.table.clone()).unwrap_or_default();
             match Decoder::new(&message, table, false).get::<Reply<T>>() {
-                Ok(Reply::Done { outcome, files }) => {
+                Ok(Reply::Done { outcome, files, remarks }) => {
+                    journal.add(remarks, when);
                     files.iter().for_each(|(path, role)| project.record(path, *role));
                     return Ok(outcome);
                 }

@@ -1,0 +1,156 @@
+//! Records as the reference shows them: every field with its kind, its default and an example.
+
+use super::{Block, CodeKind, Entry};
+use crate::components::*;
+
+/// A record with its fields.
+pub struct RecordReference {
+    /// As it is written in a scene: `camera`, `sphere`.
+    pub name: &'static str,
+    pub about: String,
+    pub fields: Vec<FieldReference>,
+}
+
+/// A field of a record.
+pub struct FieldReference {
+    pub name: &'static str,
+    pub text: String,
+    /// What its value is, in words.
+    pub kind: String,
+    /// Words that it may be, where it is one of a few.
+    pub choices: Vec<String>,
+    pub default: Value,
+    /// The value in a scene.
+    pub example: String,
+}
+
+/// Doc comments as plain sentences: lines joined, links and code marks of rustdoc kept as they read best.
+fn plain(docs: &str) -> String {
+    let lines: Vec<&str> = docs.lines().map(str::trim).collect();
+    let mut text = String::new();
+    for line in lines {
+        match line {
+            "" => text.push('\n'),
+            _ if text.is_empty() || text.ends_with('\n') => text.push_str(line),
+            _ => {
+                text.push(' ');
+                text.push_str(line);
+            }
+        }
+    }
+    text.replace("[`Self::", "`").replace("[`", "`").replace("`]", "`").trim().to_string()
+}
+
+/// What a field takes, from what it says when it is given something else.
+fn kind_of(record: &dyn Record, field: &str) -> (String, Vec<String>) {
+    // No field takes a switch and a map of strangers, so that one of the two is refused with what is expected.
+    let strangers = [Value::Map(vec![("?".into(), Value::Unit)]), Value::Bool(true)];
+    for stranger in strangers {
+        if let Err(FieldError::Mismatch(mismatch)) = record.probe(field, &stranger) {
+            if !mismatch.message.starts_with("expected ") {
+                return ("a file".into(), Vec::new());
+            }
+            let expected = mismatch.message.trim_start_matches("expected ").split(", found").next().unwrap_or_default();
+            let expected = expected.to_string();
+            let choices = expected.strip_prefix("one of ").map(|list| list.split(", ").map(str::to_string).collect());
+            return (expected.clone(), choices.unwrap_or_default());
+        }
+    }
+    ("a texture".into(), Vec::new())
+}
+
+/// A value as it stands in a scene.
+pub fn in_ron(value: &Value, kind: &str) -> String {
+    let is_choice = kind.starts_with("one of ");
+    match value {
+        Value::Unit => "()".into(),
+        Value::Bool(b) => b.to_string(),
+        Value::Int(i) => i.to_string(),
+        Value::Number(x) => format!("{x:?}"),
+        Value::Text(text) if is_choice => text.to_string(),
+        Value::Text(text) => format!("{text:?}"),
+        Value::Vec3(v) => format!("({:?}, {:?}, {:?})", v.x, v.y, v.z),
+        Value::List(items) => {
+            let inner: Vec<String> = items.iter().map(|item| in_ron(item, "")).collect();
+            let (open, close) = if kind == "a list" { ('[', ']') } else { ('(', ')') };
+            format!("{open}{}{close}", inner.join(", "))
+        }
+        Value::Map(entries) => {
+            let inner: Vec<String> =
+                entries.iter().map(|(key, value)| format!("{key}: {}", in_ron(value, ""))).collect();
+            format!("({})", inner.join(", "))
+        }
+    }
+}
+
+/// A value for a field that has none by itself.
+fn example_of(record: &dyn Record, field: &str, default: &Value, kind: &str, choices: &[String]) -> String {
+    if *default != Value::Unit && *default != Value::List(Vec::new()) {
+        return in_ron(default, kind);
+    }
+    if kind.contains("entity or a point") {
+        return "Point(0.0, 1.0, 0.5)".into();
+    }
+    let first = choices.first().map(|word| Value::Text(word.as_str().into()));
+    let number = |x: f64| Value::Number(x);
+    let three = Value::Vec3(glam::DVec3::new(0.0, 1.0, 0.5));
+    let candidates = first.into_iter().chain([
+        number(0.5),
+        number(1.5),
+        Value::Int(1),
+        three.clone(),
+        Value::List(vec![number(1.0), number(2.0)]),
+        Value::List(vec![three.clone(), Value::Vec3(glam::DVec3::X)]),
+        Value::List(vec![three.clone(), three.clone(), three]),
+        Value::List(Vec::new()),
+        Value::Text("name".into()),
+    ]);
+    let mut fitting = candidates.filter(|value| record.probe(field, value).is_ok());
+    fitting.next().map_or_else(|| "(pattern: Checker)".into(), |value| in_ron(&value, kind))
+}
+
+/// A record by its name in a scene.
+pub fn reference(name: &'static str, record: &dyn Record) -> RecordReference {
+    let fields = record.fields().iter().zip(record.field_docs()).map(|(field, docs)| {
+        let (kind, choices) = kind_of(record, field);
+        let default = record.get(field).unwrap_or(Value::Unit);
+        let example = example_of(record, field, &default, &kind, &choices);
+        FieldReference { name: field, text: plain(docs), kind, choices, default, example }
+    });
+    RecordReference { name, about: plain(record.docs()), fields: fields.collect() }
+}
+
+/// Everything that an entity can carry.
+pub fn entity_records() -> Vec<RecordReference> {
+    Kind::ALL.iter().map(|kind| reference(kind.name(), kind.default_component().record())).collect()
+}
+
+/// What a scene has beside its entities.
+pub fn other_records() -> Vec<RecordReference> {
+    vec![
+        reference("camera", &Camera::default()),
+        reference("render", &Render::default()),
+        reference("material", &Material::default()),
+        reference("texture", &Texture::default()),
+    ]
+}
+
+/// A record as blocks of a page.
+pub fn blocks(record: &RecordReference) -> Vec<Block> {
+    let mut blocks = vec![Block::Heading(format!("`{}`", record.name)), Block::Paragraph(record.about.clone())];
+    blocks.extend(record.fields.iter().map(|field| {
+        let default = match &field.default {
+            Value::Unit => "not given".to_string(),
+            value => in_ron(value, &field.kind),
+        };
+        Block::Entry(Entry {
+            forms: vec![field.name.to_string()],
+            kind: field.kind.clone(),
+            default,
+            text: field.text.clone(),
+            arguments: Vec::new(),
+            example: Some((CodeKind::Scene, format!("{}: {}", field.name, field.example))),
+        })
+    }));
+    blocks
+}

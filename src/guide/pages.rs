@@ -1,0 +1,224 @@
+//! The pages: their names, their order and what stands on them.
+
+use super::fields::{blocks as fields_of, entity_records, other_records};
+use super::{Block, CodeKind, Entry, coming_from, language, mistakes};
+use crate::script::{CHAPTERS, Function};
+
+/// A page of the guide.
+pub struct Page {
+    /// What it is asked for by: `anim guide camera`.
+    pub name: &'static str,
+    pub title: &'static str,
+    /// What is on it, in a line.
+    pub summary: &'static str,
+    pub blocks: fn() -> Vec<Block>,
+}
+
+/// All pages, in the order in which one reads them.
+pub const PAGES: &[Page] = &[
+    Page { name: "start", title: "A first sequence", summary: "a scene, a script, the frames", blocks: start },
+    Page { name: "scene", title: "Scenes", summary: "entities: bodies, places, motion", blocks: scene },
+    Page { name: "materials", title: "Materials and textures", summary: "what surfaces look like", blocks: materials },
+    Page { name: "lights", title: "Lights", summary: "lamps, surfaces that shine, surroundings", blocks: lights },
+    Page { name: "camera", title: "The camera", summary: "view, lens, focus and shutter", blocks: camera },
+    Page { name: "render", title: "The picture", summary: "size, samples, integrators, film", blocks: render },
+    Page { name: "script", title: "Scripts", summary: "every function, with an example", blocks: script },
+    Page {
+        name: "language",
+        title: "The language of scripts",
+        summary: "what surprises in it",
+        blocks: language::blocks,
+    },
+    Page { name: "formats", title: "Files", summary: "what is read and what is written", blocks: formats },
+    Page { name: "films", title: "Films", summary: "frames become a film", blocks: films },
+    Page { name: "farm", title: "Many machines", summary: "shards, and what is done already", blocks: farm },
+    Page {
+        name: "errors",
+        title: "Mistakes",
+        summary: "what is said of them, and exit codes",
+        blocks: mistakes::blocks,
+    },
+    Page {
+        name: "coming-from",
+        title: "Coming from other tools",
+        summary: "words and idioms of POV-Ray, Blender and P3F",
+        blocks: coming_from::blocks,
+    },
+];
+
+/// The page of a name.
+pub fn find(name: &str) -> Option<&'static Page> {
+    PAGES.iter().find(|page| page.name == name)
+}
+
+fn text(text: &str) -> Block {
+    Block::Paragraph(text.into())
+}
+
+fn code(kind: CodeKind, text: &str) -> Block {
+    Block::Code(kind, text.into())
+}
+
+fn start() -> Vec<Block> {
+    vec![
+        text(
+            "A scene is a RON file: a camera, settings of the picture, materials, and entities, each a bag of components.",
+        ),
+        code(CodeKind::Scene, STAGE),
+        text(
+            "An animation is a script: `setup` builds once, `frame` is called for every frame and starts each time from what \
+              `setup` left.",
+        ),
+        code(CodeKind::Script, SHOW),
+        text("The frames go to frames/show/. What is there already is kept; after an edit, what differs is made anew."),
+        code(
+            CodeKind::Command,
+            "anim show.rhai\nanim show.rhai --frames 1-10 --size 320x180\nanim check show.rhai\nanim plan show.rhai",
+        ),
+    ]
+}
+
+/// The scene of the first page.
+const STAGE: &str = "(
+    camera: (from: (0.0, 1.4, 6.0), at: (0.0, 0.8, 0.0), fov: 40.0),
+    render: (size: (640, 360), samples: 16, background: (0.1, 0.1, 0.12)),
+    materials: { \"brass\": (color: (0.9, 0.7, 0.4), specular: 0.6, shininess: 80.0) },
+    entities: [
+        (name: \"ball\", sphere: (radius: 0.8), transform: (translation: (0.0, 0.8, 0.0)), material: \"brass\"),
+        (name: \"floor\", plane: ()),
+        (name: \"key\", area_light: (size: (1.0, 1.0)), transform: (translation: (3.0, 4.0, 2.0))),
+    ],
+)";
+
+/// The script of the first page.
+const SHOW: &str = "animation(#{ fps: 24, frames: 48, mode: \"loop\" });     // and scene: \"stage.ron\"
+
+fn setup(s) {
+    for i in 0..12 { s.spawn(#{ sphere: #{ radius: 0.1 }, translation: polar(1.6, i * 30, 0.1) }); }
+}
+
+fn frame(s, f) {
+    s.camera.from = orbit([0, 1.4, 0], 6, f.t);
+    s.camera.fov = lerp(35, 45, ease(\"in_out_sine\", ping_pong(2 * f.t)));
+}";
+
+fn scene() -> Vec<Block> {
+    let mut blocks = vec![
+        text(
+            "A scene has `camera`, `render`, `materials` and `entities`; all of them may be left out, and every field has a \
+              default. An entity has `name`, `tags` and at most one component of each kind. Lengths are world units, angles \
+              degrees, y is up, and rotation is counter-clockwise seen from above: yaw takes +x towards -z.",
+        ),
+        code(CodeKind::Scene, STAGE),
+    ];
+    let is_light = |name: &str| name.ends_with("_light") || name == "material" || name == "texture";
+    blocks.extend(entity_records().iter().filter(|record| !is_light(record.name)).flat_map(fields_of));
+    blocks
+}
+
+fn records(names: &[&str]) -> Vec<Block> {
+    let all = other_records().into_iter().chain(entity_records());
+    all.filter(|record| names.contains(&record.name)).flat_map(|record| fields_of(&record)).collect()
+}
+
+fn materials() -> Vec<Block> {
+    let mut blocks = vec![
+        text(
+            "Materials have names; an entity wears one by `material: \"name\"`. Any of their values may come from a map.",
+        ),
+        code(
+            CodeKind::Scene,
+            "(materials: { \"gold\": (model: Conductor, color: (1.0, 0.78, 0.34), roughness: 0.2) })",
+        ),
+    ];
+    blocks.extend(
+        other_records().iter().filter(|record| ["material", "texture"].contains(&record.name)).flat_map(fields_of),
+    );
+    blocks
+}
+
+fn lights() -> Vec<Block> {
+    let mut blocks = vec![text(
+        "Light comes from entities with `point_light` or `area_light`, from surfaces whose material has `emission`, and from \
+         what surrounds the scene: `background`, `sky` or `environment` of the settings.",
+    )];
+    let lights = entity_records().into_iter().filter(|record| record.name.ends_with("_light"));
+    blocks.extend(lights.flat_map(|record| fields_of(&record)));
+    blocks
+}
+
+fn camera() -> Vec<Block> {
+    records(&["camera"])
+}
+
+fn render() -> Vec<Block> {
+    records(&["render"])
+}
+
+/// A function as an entry.
+fn function(function: &Function) -> Block {
+    Block::Entry(Entry {
+        forms: function.forms.iter().map(|form| form.to_string()).collect(),
+        text: function.text.to_string(),
+        arguments: function.arguments.iter().map(|(name, text)| (name.to_string(), text.to_string())).collect(),
+        example: Some((CodeKind::Script, function.example.to_string())),
+        ..Entry::default()
+    })
+}
+
+fn script() -> Vec<Block> {
+    let mut blocks = vec![
+        code(CodeKind::Script, SHOW),
+        text(
+            "What stands behind // in the examples is what a line gives. A list of three numbers does wherever a vector is \
+              meant, and a whole number wherever a number is.",
+        ),
+    ];
+    for chapter in CHAPTERS {
+        blocks.push(Block::Heading(chapter.title.into()));
+        blocks.extend(chapter.functions.iter().map(function));
+    }
+    blocks
+}
+
+fn formats() -> Vec<Block> {
+    vec![
+        text(
+            "Read: scenes in RON, NFF and P3F; meshes in OBJ and PLY; pictures in PNG, JPEG and HDR for textures and skies; data \
+              in CSV and JSON by scripts. Files that an input names are read below its project's root: the nearest folder \
+              above it with .git, golden.ron or scenes/, or else its own. --root and --allow-read say otherwise.",
+        ),
+        text(
+            "Written: PNG with 8 or 16 bits, and OpenEXR with layers, by the ending of -o. Every picture says which script, \
+              frame and settings it is of.",
+        ),
+        code(
+            CodeKind::Command,
+            "anim scene.ron -o still.exr --aovs depth,normal\nanim show.rhai -o 'out/f.######.png'\nanim convert scene.p3f -o scene.ron\nanim info still.png",
+        ),
+    ]
+}
+
+fn films() -> Vec<Block> {
+    vec![
+        text(
+            "Frames are pictures with numbers: frames/show/show.0001.png and on. Any tool that takes such names makes a film of \
+              them; `fps` of `animation` says how fast it is to run.",
+        ),
+        code(CodeKind::Command, "anim show.rhai"),
+    ]
+}
+
+fn farm() -> Vec<Block> {
+    vec![
+        text(
+            "A frame is a pure function of scene, script, settings and number: it may be made on any machine, in any order, with \
+              the same bytes. Shards are parts of about the same cost, which may run side by side on one folder; a second run \
+              makes what is missing.",
+        ),
+        code(
+            CodeKind::Command,
+            "anim show.rhai --shard 1/3      # on one machine\nanim show.rhai --shard 2/3      # on another\nanim plan show.rhai --json",
+        ),
+    ]
+}

@@ -1,0 +1,185 @@
+//! A look at a script before it runs: what is named nowhere, in branches too that no frame takes, all of it at once.
+
+use std::collections::BTreeSet;
+
+use ::rhai::{AST, ASTNode, Engine, Expr, FnCallExpr, ParseError, Position, Stmt, Token};
+
+use super::rewrite::{self, Placed};
+use super::vocabulary::Vocabulary;
+use super::words::{self, Words, plain_name};
+
+/// Functions and variables that a script uses and nobody has named.
+///
+/// What is named once counts everywhere, in modules too: only what is named nowhere is a mistake for certain.
+pub fn unknown_names(ast: &AST, vocabulary: &mut Vocabulary) -> Vec<(Position, Words)> {
+    let mut names = NamesOfScript { declared: std::mem::take(&mut vocabulary.declared), ..NamesOfScript::default() };
+    for function in ast.iter_functions() {
+        names.declared.extend(function.params.iter().map(|name| name.to_string()));
+    }
+    ast.walk(&mut |path: &[ASTNode]| {
+        match path.last() {
+            Some(ASTNode::Stmt(statement)) => names.statement(statement),
+            Some(ASTNode::Expr(expression)) => names.expression(expression),
+            _ => {}
+        }
+        true
+    });
+    let mut found = Vec::new();
+    for (name, at) in &names.called {
+        // A variable may hold a closure.
+        if !vocabulary.has_function(name) && !names.declared.contains(name) {
+            found.push((*at, (format!("there is no function `{name}`"), vocabulary.nearest_function(name))));
+        }
+    }
+    for (name, at) in &names.used {
+        if !names.declared.contains(name) {
+            found.push((*at, vocabulary.unknown_variable(name)));
+        }
+    }
+    vocabulary.declared = names.declared;
+    found.sort_by_key(|(at, _)| (at.line(), at.position()));
+    found.dedup_by_key(|(at, _)| *at);
+    found
+}
+
+#[derive(Default)]
+struct NamesOfScript {
+    declared: BTreeSet<String>,
+    called: Vec<(String, Position)>,
+    used: Vec<(String, Position)>,
+}
+
+impl NamesOfScript {
+    fn statement(&mut self, statement: &Stmt) {
+        match statement {
+            Stmt::Var(variable, ..) => drop(self.declared.insert(variable.0.name.to_string())),
+            Stmt::For(parts, _) => {
+                self.declared.insert(parts.0.name.to_string());
+                self.declared.extend(parts.1.iter().map(|counter| counter.name.to_string()));
+            }
+            Stmt::TryCatch(flow, _) => {
+                if let Expr::Variable(name, ..) = &flow.expr {
+                    self.declared.insert(name.1.to_string());
+                }
+            }
+            Stmt::Import(import, _) => drop(self.declared.insert(import.1.name.to_string())),
+            Stmt::FnCall(call, at) => self.call(call, *at),
+            _ => {}
+        }
+    }
+
+    fn expression(&mut self, expression: &Expr) {
+        match expression {
+            Expr::FnCall(call, at) | Expr::MethodCall(call, at) => self.call(call, *at),
+            // A namespace is that of a module.
+            Expr::Variable(variable, _, at) if variable.2.is_empty() => {
+                self.used.push((variable.1.to_string(), *at));
+            }
+            // Closures may be kept in maps and called from there.
+            Expr::Property(property, _) => drop(self.declared.insert(property.2.to_string())),
+            Expr::Map(map, _) => self.declared.extend(map.0.iter().map(|(key, _)| key.name.to_string())),
+            _ => {}
+        }
+    }
+
+    fn call(&mut self, call: &FnCallExpr, at: Position) {
+        let name = plain_name(&call.name);
+        let is_word = name.starts_with(|c: char| c.is_alphabetic() || c == '_') && !name.contains('$');
+        let is_own = ["curry", "call", "is_shared", "is_def_var", "is_def_fn", "type_of", "Fn", "eval", "contains"];
+        if call.namespace.is_empty() && call.op_token.is_none() && is_word && !is_own.contains(&name) {
+            self.called.push((name.to_string(), at));
+        }
+    }
+}
+
+/// Mistakes of grammar in a text that could not be compiled: one for each function, and for what stands outside of all.
+///
+/// The others are looked for with everything but one function blanked out, so that one mistake hides no other.
+pub fn all_mistakes(engine: &Engine, text: &str, first: ParseError) -> Vec<ParseError> {
+    let mut found = vec![first];
+    let tokens = rewrite::tokens(engine, text);
+    let spans = functions(&tokens, text);
+    if spans.is_empty() || matches!(tokens.last(), Some((Token::LexError(..), _))) {
+        return found;
+    }
+    let mut alone: Vec<Vec<(usize, usize)>> = vec![spans.clone()];
+    alone.extend((0..spans.len()).map(|kept| {
+        let others = spans.iter().enumerate().filter(|(i, _)| *i != kept).map(|(_, span)| *span);
+        let outside = [(0, spans[kept].0), (spans[kept].1, text.len())];
+        others.chain(outside).collect()
+    }));
+    for blanked in alone.into_iter().take(LOOKED_AT) {
+        let (ast, rewritten) = rewrite::compile(engine, &blank(text, &blanked));
+        let Err(error) = ast else { continue };
+        let at = error.position();
+        // Places in what was rewritten are told back here, since every piece was rewritten on its own.
+        let (line, column) = rewritten.original(at.line().unwrap_or(1), at.position().unwrap_or(1));
+        let at = Position::new(line.min(u16::MAX.into()) as u16, column.min(u16::MAX.into()) as u16);
+        if !found.iter().any(|known| known.position().line() == at.line()) {
+            found.push(ParseError(error.0, at));
+        }
+    }
+    found.sort_by_key(|error| (error.position().line(), error.position().position()));
+    found
+}
+
+/// Functions that are looked at one by one: a script of more has other things to mend first.
+const LOOKED_AT: usize = 64;
+
+/// Where each function of a script begins and ends, by its braces.
+fn functions(tokens: &[Placed], text: &str) -> Vec<(usize, usize)> {
+    let starts = rewrite::line_starts(text);
+    let mut spans = Vec::new();
+    let (mut depth, mut begun) = (0usize, None);
+    for (token, at) in tokens {
+        match token {
+            Token::Fn if depth == 0 && begun.is_none() => begun = Some(rewrite::offset(text, &starts, *at)),
+            Token::LeftBrace | Token::MapStart => depth += 1,
+            Token::RightBrace => {
+                depth = depth.saturating_sub(1);
+                if let Some(start) = begun.filter(|_| depth == 0) {
+                    spans.push((start, rewrite::offset(text, &starts, *at) + 1));
+                    begun = None;
+                }
+            }
+            _ => {}
+        }
+    }
+    spans
+}
+
+/// A text with parts of it made blank; lines and columns stay.
+fn blank(text: &str, parts: &[(usize, usize)]) -> String {
+    let is_blank = |i: usize| parts.iter().any(|(start, end)| (*start..*end).contains(&i));
+    text.char_indices().map(|(i, c)| if c != '\n' && is_blank(i) { ' ' } else { c }).collect()
+}
+
+/// Where a missing sign belongs: behind the last token before the place, where that is on an earlier line.
+pub fn place_of_missing(engine: &Engine, text: &str, error: &ParseError) -> Option<Position> {
+    let ::rhai::ParseErrorType::MissingToken(token, _) = error.err_type() else { return None };
+    let at = error.position();
+    if ![";", ",", ")", "]"].contains(&token.as_str()) {
+        return None;
+    }
+    let tokens = rewrite::tokens(engine, text);
+    let before = |(_, place): &&Placed| (place.line(), place.position()) < (at.line(), at.position());
+    let (last, place) = tokens.iter().rfind(before)?;
+    (place.line() < at.line()).then(|| {
+        let width =
+            if let Token::StringConstant(s) = last { s.chars().count() + 2 } else { last.to_string().chars().count() };
+        let column = place.position().unwrap_or(1) + width.saturating_sub(1);
+        Position::new(place.line().unwrap_or(1).min(u16::MAX.into()) as u16, column.min(u16::MAX.into()) as u16)
+    })
+}
+
+/// The words of a mistake of grammar at a place in a text.
+pub fn words_of(error: &ParseError, text: &str, vocabulary: &Vocabulary) -> Words {
+    let at = error.position();
+    let line = text.lines().nth(at.line().unwrap_or(1) - 1).unwrap_or("");
+    let near: String = line
+        .chars()
+        .skip(at.position().unwrap_or(1).max(1) - 1)
+        .take_while(|c| c.is_alphanumeric() || *c == '_')
+        .collect();
+    words::of_error(&::rhai::EvalAltResult::ErrorParsing((*error.0).clone(), at), &near, vocabulary)
+}
