@@ -30,6 +30,8 @@ mod oracles;
 mod photon;
 #[path = "all/reuse.rs"]
 mod reuse;
+#[path = "all/scripts.rs"]
+mod scripts;
 #[path = "all/sequence.rs"]
 mod sequence;
 #[path = "all/testing.rs"]

@@ -10,9 +10,9 @@ use super::errors::{Fallible, complain};
 use super::overlay::{Marks, Overlay};
 use super::random::Generator;
 use super::shared::Shared;
-use crate::base::diagnostics::{did_you_mean, nearest, suggestion};
+use super::vocabulary::field_of_material;
+use crate::base::diagnostics::suggestion;
 use crate::base::limits;
-use crate::base::synonyms::by_meaning;
 use crate::components::transform::placement_below;
 use crate::components::*;
 
@@ -375,15 +375,12 @@ impl EntityHandle {
         let color = self.light().map(|_| "color");
         let help = suggestion(property, own.chain(color).chain(EntityDesc::keys()));
         let worn = self.scene.lock().component(self.index, Kind::MaterialName).and_then(|c| c.record().get("name"));
-        let is_of_material = did_you_mean(property, Material::FIELDS).is_some();
         let help = match (worn, &help) {
-            (Some(Value::Text(name)), Some(found)) if is_of_material && !found.starts_with("did you mean") => {
-                let field = by_meaning(property, Material::FIELDS).map(|hit| hit.0);
-                let field = field.or_else(|| nearest(property, Material::FIELDS.iter().copied())).unwrap_or("color");
-                Some(format!("that is its material's: s.material(\"{name}\").{field}"))
-            }
-            _ => help,
-        };
+            (Some(Value::Text(name)), Some(found)) if !found.starts_with("did you mean") => field_of_material(property)
+                .map(|field| format!("that is its material's: s.material(\"{name}\").{field}")),
+            _ => None,
+        }
+        .or(help);
         complain(format!("unknown property `{property}` of {}", self.label()), help)
     }
 

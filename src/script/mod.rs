@@ -26,6 +26,7 @@
 
 mod closures;
 mod convert;
+mod csv_text;
 mod curve;
 mod data;
 mod easing;

@@ -6,7 +6,9 @@ use ::rhai::Engine;
 
 use super::table::{self, Function};
 use super::words::{Words, keyword, plain_name, plain_type};
-use crate::base::diagnostics::did_you_mean;
+use crate::base::diagnostics::{did_you_mean, nearest};
+use crate::base::synonyms::by_meaning;
+use crate::components::Material;
 
 /// What a script can name.
 #[derive(Clone, Debug, Default)]
@@ -139,6 +141,12 @@ impl Vocabulary {
         }
         (message, crate::base::diagnostics::suggestion(name, known))
     }
+}
+
+/// The field of materials that is meant by a word, if one is.
+pub fn field_of_material(word: &str) -> Option<&'static str> {
+    let slip = nearest(word, Material::FIELDS.iter().copied());
+    by_meaning(word, Material::FIELDS).map(|(field, _)| field).or(slip)
 }
 
 fn count(arguments: usize) -> String {

@@ -1,0 +1,124 @@
+//! What scripts do, as a user meets it: data, parameters, printing, simulation, and the reference.
+
+use crate::tool::Sandbox;
+
+#[test]
+fn a_table_of_numbers_moves_a_chart() {
+    let sandbox = Sandbox::new();
+    sandbox
+        .write("level.csv", "time,level,note\n0,1.5,a\n1,,b\n2,3.5,c\n")
+        .write("places.json", "{ \"bars\": [[0, 0, 0], [1, 0, 0]] }")
+        .write(
+            "chart.rhai",
+            "const DATA = load_csv(\"level.csv\");
+             animation(#{ frames: DATA.len() });
+             fn setup(s) {
+                 let i = 0;
+                 for at in load_json(\"places.json\").bars { s.spawn(#{ name: `bar ${i}`, aabox: #{}, translation: at }); i += 1; }
+             }
+             fn frame(s, f) {
+                 let level = DATA[f.index].level ?? DATA.highest(\"level\");
+                 s.get(\"bar 1\").scale = [1, level, 1];
+                 if f.number == 3 { print(`${DATA[2].note} of ${DATA.column(\"time\")}`); }
+             }",
+        );
+    let dumped = sandbox.anim("dump chart.rhai --frame 2").ok().stdout;
+    assert!(dumped.contains("scale: (1.0, 3.5, 1.0)"), "{dumped}");
+    let said = sandbox.anim("check chart.rhai").ok().stderr;
+    assert!(said.contains("chart.rhai:11: in frame 3: c of [0, 1, 2]"), "{said}");
+    sandbox.write("level.csv", "time,level,note\n0,1.5,a\n1,2.5,b\n2,high,c\n3,1,d\n");
+    sandbox
+        .anim("check chart.rhai")
+        .fails(3, &["level.csv:4:3: error", "a number in the column `level`", "chart.rhai:1"]);
+    sandbox.write("a.rhai", "animation(#{}); fn frame(s, f) { load_text(\"/etc/hosts\"); }");
+    sandbox.anim("check a.rhai").fails(3, &["a.rhai:1"]);
+}
+
+#[test]
+fn parameters_are_listed_and_their_ranges_hold() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "show.rhai",
+        "animation(#{ frames: 2 });
+         fn frame(s, f) {
+             s.camera.aperture = param(\"aperture\", 0.2, #{ min: 0, max: 1, step: 0.01, label: \"Lens opening\" });
+             s.camera.lens = param(\"lens\", \"Disk\", #{ choices: [\"Disk\", \"Square\"] });
+         }",
+    );
+    let listed = sandbox.anim("check show.rhai --params --json").ok().stdout;
+    let listed: serde_json::Value = serde_json::from_str(&listed).unwrap();
+    assert_eq!(listed["parameters"][0]["name"], "aperture");
+    assert_eq!(listed["parameters"][0]["max"], 1.0);
+    assert_eq!(listed["parameters"][0]["label"], "Lens opening");
+    assert_eq!(listed["parameters"][1]["choices"][1], "Square");
+    let text = sandbox.anim("check show.rhai --params").ok().stdout;
+    assert!(text.contains("aperture = 0.2   a number from 0 to 1"), "{text}");
+    sandbox.anim("check show.rhai -D aperture=2").fails(3, &["-D aperture=2: expected a number from 0 to 1"]);
+    sandbox.anim("check show.rhai -D apperture=1").fails(2, &["did you mean `aperture`?"]);
+}
+
+#[test]
+fn what_is_printed_may_go_to_a_file() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "a.rhai",
+        "animation(#{ frames: 3 });\nfn frame(s, f) { print(\"hello\"); s.camera.fov = 20 + f.index; }",
+    );
+    let said = sandbox.anim("check a.rhai").ok().stderr;
+    assert_eq!(said.trim(), "a.rhai:2: in frames 1-3: hello");
+    let said = sandbox.anim("check a.rhai --log said.txt").ok().stderr;
+    assert_eq!(said, "");
+    assert_eq!(sandbox.read("said.txt"), b"a.rhai:2: in frames 1-3: hello\n");
+}
+
+/// Shards, in any order, and the whole make the same bytes.
+#[test]
+fn a_simulation_is_the_same_in_shards() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "ball.rhai",
+        "animation(#{ frames: 6, steps_per_frame: 3, fps: 12 });
+         fn setup(s) { s.spawn(#{ name: \"ball\", sphere: #{ radius: 0.5 } }); s.spawn(#{ point_light: #{ position: [3, 5, 5] } }); }
+         fn start(s) { #{ y: 1.5, speed: 0.0 } }
+         fn step(state, f) {
+             state.speed -= 9.8 * f.dt;
+             state.y += state.speed * f.dt;
+             if state.y < -0.5 { state.y = -0.5; state.speed = -0.8 * state.speed; }
+             state
+         }
+         fn frame(s, f) { s.get(\"ball\").translation.y = f.state.y; }",
+    );
+    let look = "--size 32x18 --spp 1";
+    sandbox.anim(&format!("ball.rhai {look} -o whole")).ok();
+    for shard in [3, 1, 2] {
+        sandbox.anim(&format!("ball.rhai {look} -o parts --shard {shard}/3")).ok();
+    }
+    for frame in 1..=6 {
+        let of = |folder: &str| sandbox.read(&format!("{folder}/ball.{frame:04}.png"));
+        assert_eq!(of("whole"), of("parts"), "{frame}");
+    }
+    assert_ne!(sandbox.read("whole/ball.0001.png"), sandbox.read("whole/ball.0004.png"));
+}
+
+#[test]
+fn the_guide_is_printed_and_written() {
+    let sandbox = Sandbox::new();
+    let contents = sandbox.anim("guide").ok().stdout;
+    for page in ["script", "scene", "materials", "camera", "errors", "coming-from"] {
+        assert!(contents.contains(page), "{contents}");
+        assert!(!sandbox.anim(&format!("guide {page}")).ok().stdout.is_empty());
+    }
+    assert!(sandbox.anim("guide script").ok().stdout.contains("along(path, t) -> vector"));
+    sandbox.anim("guide scirpt").fails(2, &["did you mean `script`?"]);
+    sandbox.anim("guide --html site").ok();
+    assert!(
+        sandbox.exists("site/index.html") && sandbox.exists("site/script.html") && sandbox.exists("site/search.js")
+    );
+    let schema: serde_json::Value = serde_json::from_str(&sandbox.anim("guide --schema").ok().stdout).unwrap();
+    assert!(schema["properties"]["entities"]["items"]["properties"]["sphere"].is_object());
+    sandbox.anim("guide --definitions .").ok();
+    assert!(sandbox.exists("anim.d.rhai"));
+    assert!(sandbox.anim("completions bash").ok().stdout.contains("anim"));
+    sandbox.anim("man pages").ok();
+    assert!(sandbox.exists("pages/anim.1") && sandbox.exists("pages/anim-render.1"));
+}
