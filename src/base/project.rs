@@ -54,7 +54,7 @@ pub struct Access {
 }
 
 /// Endings of pictures in a folder that a scene names as a whole, as it does for a cube map.
-const PICTURES: [&str; 5] = ["jpg", "jpeg", "png", "hdr", "exr"];
+const PICTURES: [&str; 8] = ["jpg", "jpeg", "png", "hdr", "exr", "tga", "bmp", "webp"];
 /// What marks a project root.
 const MARKS: [&str; 3] = [".git", "golden.ron", "scenes"];
 
