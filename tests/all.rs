@@ -40,6 +40,8 @@ mod testing;
 mod textures;
 #[path = "all/tool.rs"]
 mod tool;
+#[path = "all/touching.rs"]
+mod touching;
 #[path = "all/trust.rs"]
 mod trust;
 #[path = "all/vectors.rs"]

@@ -7,6 +7,7 @@
 pub mod camera;
 mod codec;
 pub mod content;
+pub mod daylight;
 pub mod entity;
 pub mod film;
 pub mod light;
@@ -21,6 +22,7 @@ pub mod transform;
 pub mod value;
 
 pub use camera::{Camera, Focus, Lens};
+pub use daylight::Daylight;
 pub use entity::{Component, ComponentType, Edit, EntityDesc, Kind, Role, Scene};
 pub use film::{Aov, Filter, ToneMap};
 pub use light::{AreaLight, Falloff, PointLight};

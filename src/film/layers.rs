@@ -2,6 +2,8 @@
 
 use glam::{Vec2, Vec3};
 
+use super::denoise::DenoisePixel;
+
 /// Depth of a pixel that nothing stands in, as other renderers write it.
 pub const NOTHING: f32 = 1e10;
 
@@ -109,6 +111,8 @@ pub struct Layers {
     pub motion: Vec<[f32; 2]>,
     /// Variance of the pixel's luminance: that of its samples over their number. Strata make the truth smaller.
     pub variance: Vec<f32>,
+    /// What the film is denoised by; empty unless that is wanted, and afterwards.
+    pub halves: Vec<DenoisePixel>,
 }
 
 impl Layers {

@@ -6,12 +6,13 @@
 
 pub mod accumulator;
 mod denoise;
+mod dither;
 pub mod filter;
 pub mod layers;
 pub mod tone;
 
 pub use accumulator::{AccumulatorOptions, PixelAccumulator};
-pub use denoise::denoise;
+pub use denoise::{DenoisePixel, SeenFeature, denoise};
 pub use filter::FilterTable;
 pub use layers::{Feature, Layers};
 pub use tone::DisplayTransform;
@@ -36,8 +37,16 @@ impl Film {
         Film { width, height, pixels, layers: Layers::default() }
     }
 
-    /// RGB bytes, three per pixel, rounded to nearest.
+    /// RGB bytes, three per pixel, rounded to nearest or dithered.
     pub fn to_rgb8(&self, display: DisplayTransform) -> Vec<u8> {
+        if display.dithers() {
+            let width = self.width.max(1) as usize;
+            let dithered = |(i, color): (usize, &[f32; 3])| {
+                let exposed = display.expose(*color);
+                [0, 1, 2].map(|k| display.dithered_byte(exposed[k], dither::threshold(i % width, i / width, k)))
+            };
+            return self.pixels.iter().enumerate().flat_map(dithered).collect();
+        }
         self.pixels.iter().flat_map(|color| display.expose(*color).map(|x| display.byte(x))).collect()
     }
 
@@ -60,5 +69,19 @@ mod tests {
         assert_eq!(film.to_rgb8(display(Transfer::Linear)), [0, 128, 255, 0, 1, 255]);
         assert_eq!(film.to_rgb8(display(Transfer::Srgb)), [0, 188, 255, 0, 13, 255]);
         assert_eq!(film.to_rgb16(display(Transfer::Linear))[1], 32768);
+    }
+
+    #[test]
+    fn a_dithered_gradient_keeps_its_mean_and_what_is_a_code_stays() {
+        let render = Render { dither: true, transfer: Transfer::Linear, ..Render::default() };
+        let grey = |x: f32| Film { pixels: vec![[x / 255.0; 3]; 4096], ..Film::new(64, 64) };
+        for x in [0.0, 17.0, 255.0] {
+            assert!(grey(x).to_rgb8(DisplayTransform::new(&render)).iter().all(|byte| *byte == x as u8));
+        }
+        for x in [0.25, 100.5, 254.9] {
+            let bytes = grey(x).to_rgb8(DisplayTransform::new(&render));
+            let mean = bytes.iter().map(|byte| f32::from(*byte)).sum::<f32>() / bytes.len() as f32;
+            assert!((mean - x).abs() < 1e-3, "{x} {mean}");
+        }
     }
 }

@@ -54,6 +54,7 @@ fn examples_of_fields_load() {
             let text = match record.name {
                 "camera" | "render" => format!("({}: ({inner}))", record.name),
                 "material" if record.fields.len() > 1 => format!("(materials: {{ \"m\": ({inner}) }})"),
+                "daylight" => format!("(render: (daylight: ({inner})))"),
                 "texture" | "material" => continue,
                 name => format!("(entities: [(name: \"other\"), ({name}: ({inner}))])"),
             };

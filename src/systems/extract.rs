@@ -9,6 +9,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
+use super::contacts::{ContactNudges, contact_nudges};
 use super::hierarchy::Placement;
 use super::stage::{Despawned, MaterialIndex, Stage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
@@ -62,16 +63,21 @@ pub(super) struct Extraction<'a> {
     transparent: Vec<bool>,
     /// Each piece of a mesh, held until it is in the columns, and how many live entities use it.
     uses: FxHashMap<*const MeshData, (Arc<MeshData>, u32)>,
+    /// How surfaces that touch are set apart.
+    nudges: ContactNudges,
     pub(super) geometry: Geometry,
 }
 
 /// Where a shape stands, and what goes with it into its primitives.
+#[derive(Clone, Copy)]
 pub(super) struct ShapePlacement {
     entity: u32,
     /// From the shape's local space to the world.
     pub(super) map: DAffine3,
     material: u32,
     both_sides: bool,
+    /// Whether the shape encloses an inside.
+    closed: bool,
 }
 
 /// A component that is a shape, as primitives of the kernel.
@@ -88,7 +94,12 @@ impl ShapePlacement {
             (false, true) => Sides::Both,
             (false, false) => Sides::Front,
         };
-        Tag { entity: self.entity, material: self.material, sides }
+        Tag { entity: self.entity, material: self.material, sides, closed: self.closed }
+    }
+
+    /// The same of a shape that encloses an inside, or does not.
+    pub(super) fn enclosing(self, closed: bool) -> ShapePlacement {
+        ShapePlacement { closed, ..self }
     }
 
     pub(super) fn point(&self, p: DVec3) -> Vec3 {
@@ -127,7 +138,7 @@ impl<'a> Extraction<'a> {
                 uses.entry(Arc::as_ptr(&piece.data)).or_insert_with(|| (piece.data.clone(), 0)).1 += 1;
             }
         }
-        Extraction { stage, sides, transparent, uses, geometry: Geometry::default() }
+        Extraction { stage, sides, transparent, uses, nudges: contact_nudges(stage), geometry: Geometry::default() }
     }
 
     fn run(mut self) -> Result<Geometry, Diagnostics> {
@@ -160,6 +171,7 @@ impl<'a> Extraction<'a> {
         type Parts<'q, T> = (&'q T, Option<&'q Placement>, Option<&'q MaterialIndex>);
         stage.for_each_in_order::<Parts<T>>(|index, (shape, placement, material)| {
             let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
+            let map = self.nudges.of(index).map_or(map, |nudge| *nudge * map);
             if map.matrix3.determinant() == 0.0 || !map.to_cols_array().iter().all(|x| x.abs() <= FARTHEST) {
                 let message = format!("{} is scaled to nothing or beyond reach", stage.label(index));
                 let part = ScenePart::Entity(index);
@@ -168,7 +180,7 @@ impl<'a> Extraction<'a> {
             }
             let material = material.map_or(default_material, |material| material.0);
             let both_sides = self.sides[material as usize];
-            shape.extract(&ShapePlacement { entity: index as u32, map, material, both_sides }, self);
+            shape.extract(&ShapePlacement { entity: index as u32, map, material, both_sides, closed: true }, self);
             if self.geometry.len() > limits::TRIANGLES {
                 return Err(Diagnostic::error(format!("more than {} primitives", limits::TRIANGLES)));
             }

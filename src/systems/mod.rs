@@ -17,6 +17,7 @@
 mod accelerate;
 mod animate;
 mod collect;
+mod contacts;
 mod extract;
 mod hierarchy;
 mod lens;
@@ -33,6 +34,7 @@ mod textures;
 
 pub use animate::{Undo, animate, undo};
 pub use collect::collect;
+pub use contacts::{ContactNudges, contact_nudges};
 pub use hierarchy::update as update_hierarchy;
 pub use lights::{EmitterId, LightGroups};
 pub use previous_frame::PreviousFrame;

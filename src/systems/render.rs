@@ -1,5 +1,6 @@
 //! Columns -> film: the accelerator is brought up to date, then tiles are traced on all threads.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -11,14 +12,14 @@ use super::stage::{DerivedCache, Stage};
 use super::static_camera::{CachedTile, StaticCameraCache};
 use super::{accelerate, extract, hierarchy, lens, lights, textures};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
-use crate::components::{Integrator, Render};
-use crate::film::{AccumulatorOptions, Film, FilterTable, PixelAccumulator, denoise};
+use crate::components::{Daylight, Integrator, Render};
+use crate::film::{AccumulatorOptions, DenoisePixel, Film, FilterTable, PixelAccumulator, denoise};
 use crate::trace::counters::Counters;
 use crate::trace::integrator;
 use crate::trace::integrator::photon::{PhotonCache, PhotonPass, ProgressiveState};
 use crate::trace::integrator::{Estimator, SampleSubset};
 use crate::trace::light::Lights;
-use crate::trace::light::environment::{Environment, EnvironmentMap};
+use crate::trace::light::environment::{Environment, EnvironmentMap, daylight_map};
 use crate::trace::simd::Width;
 use crate::trace::wavefront::{RenderContext, Settings, Worker};
 
@@ -107,7 +108,7 @@ impl PartialFrame {
 
 /// What is accumulated beside the colours belongs to the first light group.
 fn options_of(options: AccumulatorOptions, pass: usize) -> AccumulatorOptions {
-    if pass == 0 { options } else { AccumulatorOptions { moments: false, features: false, ..options } }
+    if pass == 0 { options } else { AccumulatorOptions { moments: false, features: false, halves: false, ..options } }
 }
 
 /// The frame that light groups add up to, each but the first times its factor, in their order.
@@ -125,10 +126,10 @@ impl FrameAccumulators {
     fn new(settings: &Render, filter: &FilterTable, passes: usize) -> Self {
         let size = settings.size;
         let options = AccumulatorOptions {
-            clamp: settings.clamp.map(|c| c as f32),
             signed: filter.is_signed(),
             moments: settings.gathers_moments(),
             features: settings.gathers_features(),
+            halves: settings.denoise,
         };
         let accumulator =
             |i: usize| PixelAccumulator::new(tile_pixels(i / passes, size).len(), options_of(options, i % passes));
@@ -275,6 +276,9 @@ pub fn check(stage: &Stage) -> Result<(), Diagnostics> {
 fn environment_of(stage: &mut Stage, settings: &Render, sampled: bool) -> Result<Option<Environment>, Diagnostics> {
     let Render { environment_intensity: intensity, environment_rotation: rotation, .. } = *settings;
     let Some(key) = textures::environment_key(stage) else {
+        if let Some(daylight) = &settings.daylight {
+            return Ok(Some(daylight_of(stage, daylight, [intensity, rotation], sampled)));
+        }
         let sky = settings.sky.map(|colors| EnvironmentMap::Sky(colors.map(|c| c.as_vec3())));
         return Ok(sky.map(|source| {
             let mut sky = Environment::new(source, intensity, rotation);
@@ -299,6 +303,23 @@ fn environment_of(stage: &mut Stage, settings: &Render, sampled: bool) -> Result
     }
     stage.derived.environment = Some((key, kept.clone()));
     Ok(Some(kept))
+}
+
+/// The environment of a clear sky, kept while that stays the same.
+fn daylight_of(stage: &mut Stage, daylight: &Daylight, [intensity, rotation]: [f64; 2], sampled: bool) -> Environment {
+    let kept = stage.derived.daylight.take().filter(|(known, _)| known == daylight);
+    let mut sky = match kept {
+        Some((_, kept)) => kept.placed(intensity, rotation),
+        None => {
+            let map = daylight_map(daylight.sun, daylight.turbidity, daylight.sun_size);
+            Environment::new(EnvironmentMap::Sphere(Arc::new(map)), intensity, rotation)
+        }
+    };
+    if sampled {
+        sky.prepare();
+    }
+    stage.derived.daylight = Some((daylight.clone(), sky.clone()));
+    sky
 }
 
 /// Traces samples again that may differ from those of the frames before, and keeps the others.
@@ -395,6 +416,9 @@ fn resolve<'a>(size: [u32; 2], options: AccumulatorOptions, tiles: impl Iterator
     if options.moments {
         film.layers.variance = vec![0.0; count];
     }
+    if options.halves {
+        film.layers.halves = vec![DenoisePixel::default(); count];
+    }
     for (index, accumulator) in tiles.enumerate() {
         for (i, [x, y]) in tile_pixels(index, size).into_iter().enumerate() {
             let pixel = y as usize * size[0] as usize + x as usize;
@@ -404,6 +428,9 @@ fn resolve<'a>(size: [u32; 2], options: AccumulatorOptions, tiles: impl Iterator
             }
             if let Some([_, variance]) = accumulator.spread(i) {
                 film.layers.variance[pixel] = variance.min(f64::from(f32::MAX)) as f32;
+            }
+            if let Some(halves) = accumulator.halves(i) {
+                film.layers.halves[pixel] = halves;
             }
         }
     }

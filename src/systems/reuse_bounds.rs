@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
+use super::contacts::ContactNudges;
 use super::hierarchy::Placement;
 use super::stage::{AuthoredIndex, MaterialIndex, Stage, get};
 use crate::base::digest::{Digest, Hasher};
@@ -33,12 +34,16 @@ pub enum ReuseBounds {
     },
 }
 
-/// The reuse bounds of the entity at an authored index, as the World is now.
-pub fn reuse_bounds(stage: &Stage, index: usize) -> ReuseBounds {
+/// The reuse bounds of the entity at an authored index, as the World is now; `nudges` are those of the World.
+pub fn reuse_bounds(stage: &Stage, nudges: &ContactNudges, index: usize) -> ReuseBounds {
     let Some(entity) = stage.live(index) else { return ReuseBounds::Nothing };
     let placement = stage.world.get::<&Placement>(entity).map_or(DAffine3::IDENTITY, |p| p.0);
     let mut hasher = Hasher::default();
     placement.to_cols_array().into_iter().for_each(|x| hasher.number(x));
+    let placement = nudges.of(index).map_or(placement, |nudge| {
+        nudge.to_cols_array().into_iter().for_each(|x| hasher.number(x));
+        *nudge * placement
+    });
     let (mut place, mut mesh, mut everywhere): (Option<Kdop>, _, _) = (None, None, false);
     for component in Kind::ALL.iter().filter_map(|kind| get(&stage.world, entity, *kind)) {
         feed_component(&component, |_| true, &mut hasher, &mut |_, _| {});

@@ -1,6 +1,7 @@
 //! Shapes -> primitives: one implementation for each shape.
 
 use glam::{DVec3, Vec2, Vec3};
+use rustc_hash::FxHashMap;
 
 use super::extract::{ExtractShape, Extraction, ShapePlacement};
 use crate::base::math;
@@ -34,7 +35,7 @@ fn winding(placed: &ShapePlacement) -> [usize; 3] {
 
 impl ExtractShape for Triangle {
     fn extract(&self, placed: &ShapePlacement, out: &mut Extraction) {
-        let order = winding(placed);
+        let (order, placed) = (winding(placed), placed.enclosing(false));
         let corners = order.map(|i| placed.point(self.vertices[i]));
         let normals = self.normals.as_ref().map(|n| order.map(|i| placed.normal(n[i])));
         out.geometry.push_triangle(placed.tag(false), corners, normals);
@@ -49,6 +50,8 @@ impl ExtractShape for Triangle {
 impl ExtractShape for Plane {
     fn extract(&self, placed: &ShapePlacement, out: &mut Extraction) {
         let (point, normal) = (placed.point(self.point), placed.normal(self.normal));
+        // A plane is no window into a half of the world that is filled with glass.
+        let placed = placed.enclosing(false);
         out.geometry.push_plane(placed.tag(false), point, normal);
     }
 }
@@ -83,7 +86,7 @@ impl ExtractShape for Cone {
 
 /// The frustum of a cone between two points, with its radii there.
 fn frustum(placed: &ShapePlacement, [base, apex]: [DVec3; 2], radii: [f64; 2], capped: bool, out: &mut Extraction) {
-    let tag = placed.tag(radii[0] < 0.0 || radii[1] < 0.0);
+    let tag = placed.enclosing(capped).tag(radii[0] < 0.0 || radii[1] < 0.0);
     let radii = radii.map(f64::abs);
     match math::uniform_scale(&placed.map) {
         Some(scale) => {
@@ -104,6 +107,8 @@ impl ExtractShape for Mesh {
         for piece in self.pieces().iter() {
             let placed = out.placement_of(piece, placed);
             let Piece { data, smooth, .. } = piece;
+            // Only of bodies that light goes through it matters.
+            let placed = placed.enclosing(out.is_transparent(&placed) && encloses(data));
             if data.triangles.len() < FEW_TRIANGLES && data.colors.is_empty() {
                 single_triangles(data, &placed, *smooth, out);
             } else if out.is_shared(data) {
@@ -113,6 +118,23 @@ impl ExtractShape for Mesh {
             }
         }
     }
+}
+
+/// Whether the triangles of a mesh enclose an inside: every edge is run along once each way. Vertices in one place count as
+/// one.
+fn encloses(data: &MeshData) -> bool {
+    let place = |i: u32| data.vertices[i as usize].to_array().map(|x| (x + 0.0).to_bits());
+    let mut open: FxHashMap<([u32; 3], [u32; 3]), i32> = FxHashMap::default();
+    for [a, b, c] in data.triangles.iter().map(|triangle| triangle.map(place)) {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            if from < to {
+                *open.entry((from, to)).or_default() += 1;
+            } else {
+                *open.entry((to, from)).or_default() -= 1;
+            }
+        }
+    }
+    open.values().all(|runs| *runs == 0)
 }
 
 fn single_triangles(data: &MeshData, placed: &ShapePlacement, smooth: bool, out: &mut Extraction) {

@@ -6,14 +6,15 @@ use super::photon::PhotonPass;
 use super::{path, photon, whitted};
 use crate::components::Integrator;
 use crate::trace::counters::Counters;
+use crate::trace::material::ShadingParams;
 use crate::trace::primitive::Tag;
 use crate::trace::sampler::{SampleSet, power_heuristic};
 use crate::trace::simd::LANES;
-use crate::trace::soa::Hit;
+use crate::trace::soa::{Hit, Hits, Ray};
 use crate::trace::wavefront::{
-    BlinnPhongKernel, ClassifyKernel, EmissionFilter, LambertKernel, NO_MEDIUM, PathState, RenderContext, ShadingInput,
-    ShadowRayQueue, SurfaceInteraction, WavefrontBuffers, Worker, accumulator_slot, first_hit_feature, is_blinn_phong,
-    trace_shadow_rays,
+    BlinnPhongKernel, ClassifyKernel, Crossing, EmissionFilter, LambertKernel, PathState, RayQueue, RenderContext,
+    ShadingInput, ShadowRayQueue, SurfaceInteraction, WavefrontBuffers, Worker, accumulator_slot, first_hit_feature,
+    is_blinn_phong, scattered_albedo, trace_shadow_rays,
 };
 
 /// Bins of shadow rays for lights that are chosen among: those to one light run alike.
@@ -55,12 +56,50 @@ pub fn trace(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBu
 fn find(context: RenderContext, buffers: &mut WavefrontBuffers, worker: &mut Worker) {
     let WavefrontBuffers { wave, hits, .. } = buffers;
     context.accelerator.closest_all(context.geometry, wave.rays(), &mut worker.traversal, hits);
+    for i in 0..wave.rays().len() {
+        if !wave.states().get(i).medium.is_air() {
+            pass(context, i, wave, hits, worker);
+        }
+    }
     if let Some(regions) = context.regions {
         let ended = |(i, hit): (usize, Option<Hit>)| {
             let (ray, state) = wave.get(i);
             (ray, state.sample, hit.map_or(ray.t_max, |hit| hit.t))
         };
         worker.footprint.add(regions, hits.iter().enumerate().map(ended));
+    }
+}
+
+/// Surfaces between a body and itself that a ray is led through at most in one go: far more than bodies overlap.
+const MOST_PASSED: usize = 64;
+
+/// Leads a ray in a transparent body on through surfaces that are not there: see [`Crossing`].
+fn pass(context: RenderContext, i: usize, wave: &mut RayQueue, hits: &mut Hits, worker: &mut Worker) {
+    for _ in 0..MOST_PASSED {
+        let Some(hit) = hits.get(i) else { return };
+        let tag = context.geometry.tag(hit.primitive);
+        let material = &context.materials[tag.material as usize];
+        if !material.is_clear() {
+            return;
+        }
+        let (ray, mut state) = wave.get(i);
+        let surface = context.geometry.surface_point(&ray, &hit);
+        let front = ray.direction.dot(surface.geometric_normal) < 0.0;
+        let crossing = Crossing::new(context.materials, state.medium, tag, front);
+        if !crossing.is_passed(material) {
+            return;
+        }
+        if let Some(regions) = context.regions {
+            worker.footprint.add(regions, std::iter::once((ray, state.sample, hit.t)));
+        }
+        if let Some(medium) = crossing.before.material(context.materials) {
+            state.throughput *= context.materials[medium as usize].transmittance(hit.t);
+        }
+        // No light is sampled through the surface: the ray alone finds what lies behind.
+        state = PathState { medium: crossing.behind, pdf: 0.0, cone: state.cone.at(hit.t), ..state };
+        let onward = Ray::new(surface.offset_origin(ray.direction), ray.direction);
+        wave.set(i, &onward, &state);
+        hits.set(i, context.accelerator.closest(context.geometry, &onward, &mut worker.traversal));
     }
 }
 
@@ -93,7 +132,9 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
                 usual = side_by_side && if path { material.is_lambertian() } else { is_blinn_phong(context, material) };
             }
         }
-        if usual && !context.textures.is_textured(tag.entity) {
+        // What is seen in mirrors and through glass is noted too.
+        let noted = context.settings.features && buffers.wave.states().get(i).scatterings == 0.0;
+        if usual && !noted && !context.textures.is_textured(tag.entity) {
             places.push([i as u32, tag.material]);
         } else {
             shade_alone(estimator, samples, i, buffers, depth, counters);
@@ -112,19 +153,24 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
 /// Adds the light that a ray meets on its way, and takes what the medium absorbs; false if it leaves the scene.
 fn arrive(estimator: Estimator, i: usize, buffers: &mut WavefrontBuffers, depth: u32, lamps: bool) -> bool {
     let Estimator { context, .. } = estimator;
-    let WavefrontBuffers { wave, hits, colors, .. } = buffers;
+    let WavefrontBuffers { wave, hits, colors, seen, .. } = buffers;
     let ((ray, mut state), hit) = (wave.get(i), hits.get(i));
     let met = hit.map_or(f32::INFINITY, |hit| hit.t);
     if lamps && state.emission_filter != EmissionFilter::NonPhoton {
         path::cross_lamps(context, &ray, met, &state, depth == 1, colors);
     }
-    if state.medium != NO_MEDIUM {
-        state.throughput *= context.materials[state.medium as usize].transmittance(met);
+    if let Some(medium) = state.medium.material(context.materials) {
+        state.throughput *= context.materials[medium as usize].transmittance(met);
         wave.set_state(i, &state);
     }
     if hit.is_none() {
         let place = accumulator_slot(state.sample, context.lights.environment_group());
-        colors[place as usize] += state.throughput * environment(estimator, ray.direction, &state);
+        let radiance = environment(estimator, ray.direction, &state);
+        let light = state.throughput * radiance;
+        if context.settings.features && state.scatterings == 0.0 {
+            seen[state.sample as usize].add(state.throughput, radiance, Vec3::ZERO);
+        }
+        colors[place as usize] += context.settings.clamps.limited(state.scatterings, light);
     }
     hit.is_some()
 }
@@ -139,7 +185,7 @@ fn shade_alone(
     counters: &mut Counters,
 ) {
     let Estimator { context, photons } = estimator;
-    let WavefrontBuffers { wave, hits, next, shadows, colors, features, .. } = buffers;
+    let WavefrontBuffers { wave, hits, next, shadows, colors, features, seen, .. } = buffers;
     let Some(hit) = &hits.get(i) else { return };
     let (ray, mut state) = wave.get(i);
     let (ray, sampler) = (&ray, *samples.sampler(state.sample));
@@ -159,14 +205,25 @@ fn shade_alone(
         // Photons come from the lights that are sampled.
         if state.emission_filter != EmissionFilter::NonPhoton || asked == 0.0 {
             let place = accumulator_slot(state.sample, material.group);
-            colors[place as usize] += state.throughput * (material.emission * power_heuristic(state.pdf, asked));
+            let light = state.throughput * (material.emission * power_heuristic(state.pdf, asked));
+            colors[place as usize] += context.settings.clamps.limited(state.scatterings, light);
         }
     }
     let front = ray.direction.dot(surface.geometric_normal) < 0.0;
     let surface = if front { surface } else { surface.flipped() };
-    let met = SurfaceInteraction { direction: ray.direction, state, surface, material, front, sampler };
+    let crossing = Crossing::new(context.materials, state.medium, context.geometry.tag(hit.primitive), front);
+    let nested = (crossing.ior != material.ior).then(|| ShadingParams { ior: crossing.ior, ..*material });
+    let (material, behind) = (nested.as_ref().unwrap_or(material), crossing.behind);
+    state.medium = crossing.before;
+    let met = SurfaceInteraction { direction: ray.direction, state, surface, material, behind, front, sampler };
     if context.settings.features && depth == 1 {
         features[state.sample as usize] = Some(first_hit_feature(context, &met));
+    }
+    if context.settings.features && state.scatterings == 0.0 {
+        let albedo = scattered_albedo(material);
+        if albedo != Vec3::ZERO {
+            seen[state.sample as usize].add(state.throughput, albedo, met.surface.shading_normal);
+        }
     }
     if let Some(photons) = photons {
         let color = &mut colors[state.sample as usize];

@@ -110,7 +110,7 @@ fn follow(met: &SurfaceInteraction, frame: &Frame, sampled: BsdfSample, next: &m
     }
     let (node, medium) = if sampled.transmitted {
         counters.refraction_rays += 1;
-        (state.node.refracted(), met.medium_behind())
+        (state.node.refracted(), met.behind)
     } else {
         counters.reflection_rays += 1;
         (state.node.reflected(), state.medium)
@@ -118,7 +118,9 @@ fn follow(met: &SurfaceInteraction, frame: &Frame, sampled: BsdfSample, next: &m
     let ray = Ray::new(surface.offset_origin(direction), direction);
     let shown = if sampled.specular { 1.0 } else { surface.terminator(direction) };
     let onward = state.onward(node, sampled.weight * shown);
-    next.push(ray, PathState { pdf: sampled.pdf, medium, cone: state.scattered_cone(sampled.pdf), ..onward });
+    let (cone, scatterings) =
+        (state.scattered_cone(sampled.pdf), state.scatterings + if sampled.specular { 0.0 } else { 1.0 });
+    next.push(ray, PathState { pdf: sampled.pdf, medium, scatterings, cone, ..onward });
 }
 
 /// A shadow ray to one of the primitives that shine.
@@ -153,6 +155,7 @@ fn sample_emitters(
         let shown = surface.terminator(light.direction);
         let contribution = state.throughput * (value.max(Vec3::ZERO) * light.contribution * shown);
         let sample = accumulator_slot(state.sample, context.lights.group(light.light));
+        let contribution = context.settings.clamps.limited(state.scatterings + 1.0, contribution);
         shadows[lamps].push(context, ray, light.target, sample, contribution);
     }
 }
@@ -219,7 +222,8 @@ fn add_lamp_light(
     let strength = if light.inverse_square { share / square } else { share };
     let ray = Ray { origin: from, direction, t_max: distance };
     let sample = accumulator_slot(state.sample, light.group);
-    shadows.push(context, ray, target, sample, state.throughput * (color * light.color * strength));
+    let contribution = state.throughput * (color * light.color * strength);
+    shadows.push(context, ray, target, sample, context.settings.clamps.limited(state.scatterings + 1.0, contribution));
 }
 
 fn blinn_phong(met: &SurfaceInteraction, direction: Vec3, cosine: f32) -> Vec3 {
@@ -275,7 +279,7 @@ fn transmitted(met: &SurfaceInteraction, mut direction: Vec3, weight: Vec3, next
     }
     let ray = Ray::new(surface.offset_origin(direction), direction);
     let node = state.node.refracted();
-    next.push(ray, PathState { medium: met.medium_behind(), ..state.onward(node, weight) });
+    next.push(ray, PathState { medium: met.behind, ..state.onward(node, weight) });
 }
 
 /// How a transparent surface divides light: the refracted direction, and weights of reflection and refraction.

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::fresnel::mean_metal_reflectance;
 use crate::components::{Material, Model};
 
 /// A material with every weight multiplied out.
@@ -20,11 +21,15 @@ pub struct ShadingParams {
     /// Share of light that goes through, by the P3F tracers' reckoning: 1 for a `Dielectric`.
     pub transmission: f32,
     pub ior: f32,
+    /// Which of transparent bodies that overlap is there: the highest.
+    pub priority: u32,
     /// Width of GGX: the square of `roughness`.
     pub alpha: f32,
     /// Complex index of refraction of a conductor: eta, and k with it; 0 where `diffuse` stands for both.
     pub eta: Vec3,
     pub k: Vec3,
+    /// Mean reflectance over the hemisphere of a conductor that has `eta`; 0 else.
+    pub mean_fresnel: Vec3,
     /// Per world unit.
     pub absorption: Vec3,
     /// Radiance.
@@ -54,9 +59,14 @@ impl From<&Material> for ShadingParams {
                 Model::Lambert | Model::Conductor | Model::Plastic => 0.0,
             },
             ior: m.ior as f32,
+            priority: m.priority,
             alpha: (m.roughness * m.roughness) as f32,
             eta: m.eta.unwrap_or_default().as_vec3(),
             k: m.k.unwrap_or_default().as_vec3(),
+            mean_fresnel: match (m.eta, m.k) {
+                (Some(eta), Some(k)) => mean_metal_reflectance(eta.as_vec3(), k.as_vec3()),
+                (Some(_), None) | (None, _) => Vec3::ZERO,
+            },
             absorption: m.absorption.as_vec3(),
             emission: m.emission.as_vec3(),
             group: 0,
@@ -88,6 +98,12 @@ impl ShadingParams {
     pub fn is_lambertian(&self) -> bool {
         let matt = self.model == Model::Lambert || (self.model == Model::BlinnPhong && self.is_diffuse());
         matt && self.emission == Vec3::ZERO
+    }
+
+    /// Whether it is glass and nothing else: no light is scattered by anything but a change of index.
+    #[inline]
+    pub fn is_clear(&self) -> bool {
+        self.model == Model::Dielectric && self.emission == Vec3::ZERO
     }
 
     /// What is left of light after a way inside the body, by Beer's law.

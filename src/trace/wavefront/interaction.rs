@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-use super::path_state::{NO_MEDIUM, PathState};
+use super::medium_stack::MediumStack;
+use super::path_state::PathState;
 use crate::trace::material::ShadingParams;
 use crate::trace::primitive::SurfacePoint;
 use crate::trace::sampler::{Frame, Sampler};
@@ -16,7 +17,10 @@ pub struct SurfaceInteraction<'a> {
     pub state: PathState,
     /// Faces the ray.
     pub surface: SurfacePoint,
+    /// Its index of refraction is that against what is around it here.
     pub material: &'a ShadingParams,
+    /// The transparent bodies that a ray is in which goes through.
+    pub behind: MediumStack,
     /// Whether the ray comes from the outside.
     pub front: bool,
     pub sampler: Sampler,
@@ -32,11 +36,5 @@ impl SurfaceInteraction<'_> {
         let frame = Frame::new(normal);
         let wo = frame.to_local(-self.direction);
         (frame, Vec3::new(wo.x, wo.y, wo.z.max(1e-7)))
-    }
-
-    /// What the ray that goes through runs in.
-    #[inline]
-    pub fn medium_behind(&self) -> u32 {
-        if self.front && self.material.absorption != Vec3::ZERO { self.surface.material } else { NO_MEDIUM }
     }
 }

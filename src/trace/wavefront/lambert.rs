@@ -66,7 +66,10 @@ impl LambertKernel<'_> {
             direction: light.direction,
             distance: light.distance,
             target: light.target,
-            contribution: group.states.throughput * (value * light.contribution).scale(share),
+            contribution: self.met.context.settings.clamps.limited_lanes(
+                group.states.scatterings + L::splat(1.0),
+                group.states.throughput * (value * light.contribution).scale(share),
+            ),
         };
         // Those of one light after those of another.
         let mut left = lit;
@@ -117,7 +120,8 @@ impl LambertKernel<'_> {
         let pdf = local.z * L::splat(FRAC_1_PI);
         let wider = (L::splat(0.5) / pdf.sqrt()).min(L::splat(DIFFUSE_SPREAD));
         let cone = RayConeLanes { spread: group.states.cone.spread + wider, ..group.states.cone };
-        let states = PathStateLanes { throughput, pdf, cone, ..group.states }.at(&nodes);
+        let scatterings = group.states.scatterings + L::splat(1.0);
+        let states = PathStateLanes { throughput, pdf, cone, scatterings, ..group.states }.at(&nodes);
         self.next.compress_store(going, group.points.offset_origin(direction), direction, &states);
     }
 }

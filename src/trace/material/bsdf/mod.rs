@@ -18,6 +18,7 @@ mod plastic;
 mod tables;
 
 pub use bsdf_sample::BsdfSample;
+pub use microfacet::SMOOTH;
 pub use models::Bsdf;
 
 #[cfg(test)]

@@ -80,6 +80,24 @@ fn white_surfaces_give_back_what_arrives() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// Of indices between those of the tables too, from both sides, at the angles that matter.
+#[test]
+fn ground_glass_of_any_index_loses_nothing() {
+    let mut wrong = Vec::new();
+    for ior in [1.05, 1.1, 1.33, 1.7, 2.4] {
+        for roughness in [0.2, 0.45, 0.7, 1.0] {
+            for (front, cosine) in [(true, 0.9), (true, 0.35), (false, 0.8), (false, 0.4), (false, 0.15)] {
+                let glass = Material { ior, ..white(Model::Dielectric, roughness) };
+                let found = albedo(&bsdf(&glass, front), viewer(cosine)).x;
+                if (found - 1.0).abs() > 0.004 {
+                    wrong.push(format!("{ior} {roughness} {front} {cosine}: {found}"));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
 #[test]
 fn no_conserving_surface_gives_back_more() {
     for roughness in ROUGHNESS {

@@ -1,0 +1,114 @@
+//! The denoiser against pictures whose truth is known.
+
+use glam::{Vec2, Vec3};
+
+use super::*;
+use crate::base::random::{combine, unit_f32};
+use crate::film::Feature;
+
+/// Light and albedo of a pixel, and whether its samples are noisy.
+type Truth = dyn Fn(usize, usize) -> (f32, f32, bool);
+
+/// A film of so many samples of a flat wall.
+fn film(width: u32, height: u32, samples: u32, truth: &Truth) -> Film {
+    let mut film = Film::new(width, height);
+    for i in 0..(width * height) as usize {
+        let (light, albedo, noisy) = truth(i % width as usize, i / width as usize);
+        let feature = Feature {
+            depth: 5.0,
+            point: Vec3::ZERO,
+            normal: Vec3::Z,
+            albedo: Vec3::splat(albedo),
+            motion: Vec2::ZERO,
+            entity: 0,
+            material: 0,
+        };
+        let seen = SeenFeature { albedo: Vec3::splat(albedo), normal: Vec3::Z };
+        let mut sum = DenoiseSum::default();
+        for sample in 0..samples {
+            let noise = unit_f32(combine(combine(3, i as u64), u64::from(sample))) - 0.5;
+            let color = Vec3::splat(albedo * light * if noisy { 1.0 + 2.0 * noise } else { 1.0 });
+            sum.add(sample >= samples / 2, color, 1.0, Some(&feature), &seen);
+        }
+        let pixel = sum.resolve().unwrap();
+        film.pixels[i] = (0.5 * (pixel.halves[0].color + pixel.halves[1].color)).to_array();
+        film.layers.halves.push(pixel);
+    }
+    film
+}
+
+/// Root of the mean squared relative error over some columns.
+fn error(film: &Film, truth: &Truth, columns: std::ops::Range<usize>) -> f32 {
+    let width = film.width as usize;
+    let squares = film.pixels.iter().enumerate().filter(|(i, _)| columns.contains(&(i % width))).map(|(i, pixel)| {
+        let (light, albedo, _) = truth(i % width, i / width);
+        let e = pixel[0] / (light * albedo) - 1.0;
+        e * e
+    });
+    (squares.sum::<f32>() / (columns.len() * film.height as usize) as f32).sqrt()
+}
+
+#[test]
+fn noise_goes_and_edges_of_paint_and_of_light_stay() {
+    let truth = |x: usize, y: usize| {
+        let (paint, shadow) = (x >= 32, y >= 24);
+        (if shadow { 0.3 } else { 1.0 }, if paint { 0.8 } else { 0.4 }, true)
+    };
+    let mut film = film(64, 48, 16, &truth);
+    let before = error(&film, &truth, 0..64);
+    denoise(&mut film);
+    let after = error(&film, &truth, 0..64);
+    assert!(after < 0.25 * before, "{before} {after}");
+    assert!(error(&film, &truth, 30..34) < 0.3 * before);
+    assert!(film.layers.halves.is_empty());
+}
+
+#[test]
+fn what_is_without_noise_stays_beside_what_is_noisy() {
+    // Fine stripes that nothing explains but the light itself, and noise beside them.
+    let truth = |x: usize, _: usize| (if x < 32 { [0.5, 1.0][x % 2] } else { 1.0 }, 0.5, x >= 32);
+    let mut film = film(64, 32, 16, &truth);
+    let noisy = error(&film, &truth, 40..64);
+    denoise(&mut film);
+    assert!(error(&film, &truth, 0..24) < 0.01, "{}", error(&film, &truth, 0..24));
+    assert!(error(&film, &truth, 40..64) < 0.3 * noisy);
+}
+
+#[test]
+fn fireflies_do_not_poison_their_neighbours_nor_lose_their_light() {
+    let truth = |_: usize, _: usize| (1.0, 0.5, true);
+    let mut film = film(48, 48, 16, &truth);
+    let huge = &mut film.layers.halves[24 * 48 + 24];
+    huge.halves[0].color = Vec3::splat(1e30);
+    huge.variance = Vec3::splat(f32::MAX);
+    denoise(&mut film);
+    assert!(film.pixels.iter().flatten().all(|x| x.is_finite()));
+    let far = film.pixels.iter().enumerate().filter(|(i, _)| i % 48 < 8);
+    assert!(far.into_iter().all(|(_, p)| p[0] < 1.0));
+}
+
+#[test]
+fn one_sample_a_pixel_stays_as_it_is_and_few_are_filtered() {
+    let truth = |_: usize, _: usize| (1.0, 0.5, true);
+    let mut few = film(32, 32, 4, &truth);
+    let before = error(&few, &truth, 0..32);
+    denoise(&mut few);
+    assert!(error(&few, &truth, 0..32) < 0.3 * before);
+    let mut plain = Film::new(2, 2);
+    plain.pixels[1] = [7.0; 3];
+    let known = plain.clone();
+    denoise(&mut plain);
+    assert_eq!(plain, known);
+}
+
+#[test]
+fn the_picture_is_the_same_on_any_number_of_threads() {
+    let truth = |x: usize, y: usize| (if (x / 9 + y / 7) % 2 == 0 { 1.0 } else { 0.2 }, 0.5, true);
+    let whole = film(50, 37, 16, &truth);
+    let on = |threads: usize| {
+        let mut film = whole.clone();
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| denoise(&mut film));
+        film
+    };
+    assert_eq!(on(1), on(3));
+}
