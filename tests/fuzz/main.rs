@@ -8,7 +8,7 @@
 //!
 //! Each reader works in a process of its own, on inputs that follow from the seed and a number, so that whatever ends the
 //! process can be made again. The input is then cut down to what still does it and written below `target/fuzz`; mended, it
-//! belongs into the tests of its reader. Without arguments, as part of `cargo test`, this takes a few seconds.
+//! belongs into the tests of its reader. `cargo test` alone leaves this out; without arguments it takes a few seconds.
 
 mod minimize;
 mod mutate;
@@ -26,8 +26,8 @@ use readers::{READERS, Reader};
 #[global_allocator]
 static ALLOCATOR: Cap<std::alloc::System> = Cap::new(std::alloc::System, usize::MAX);
 
-/// Minutes of a run as one of the tests.
-const MINUTES_AS_TEST: f64 = 0.05;
+/// Minutes of a run that nobody has given any.
+const USUAL_MINUTES: f64 = 0.05;
 
 /// What the command line asks for.
 struct Wanted {
@@ -39,7 +39,7 @@ struct Wanted {
 }
 
 fn main() -> ExitCode {
-    let Some(wanted) = arguments() else { return ExitCode::SUCCESS };
+    let wanted = arguments();
     if let Some(job) = &wanted.worker {
         return worker::work(wanted.readers[0], wanted.seed, job, &ALLOCATOR);
     }
@@ -61,10 +61,9 @@ fn main() -> ExitCode {
     if findings > 0 { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
-/// `None` if names of other tests are asked for.
-fn arguments() -> Option<Wanted> {
+fn arguments() -> Wanted {
     let mut wanted =
-        Wanted { minutes: MINUTES_AS_TEST, seed: 1, readers: READERS.iter().collect(), input: None, worker: None };
+        Wanted { minutes: USUAL_MINUTES, seed: 1, readers: READERS.iter().collect(), input: None, worker: None };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut value = || words.next().unwrap_or_else(|| panic!("{word} needs a value"));
@@ -79,15 +78,8 @@ fn arguments() -> Option<Wanted> {
                 let found = READERS.iter().find(|reader| reader.name == name);
                 wanted.readers = vec![found.unwrap_or_else(|| panic!("no reader `{name}`: {}", known()))];
             }
-            "--list" => {
-                println!("fuzz: test");
-                return None;
-            }
-            flag if flag.starts_with("--") => {}
-            // `cargo test NAME` hands the name to every test.
-            name if !"fuzz".contains(name) => return None,
-            _ => {}
+            other => panic!("`{other}` is none of --minutes, --seed, --reader and --input"),
         }
     }
-    Some(wanted)
+    wanted
 }

@@ -70,7 +70,8 @@ pub fn input(seeds: &[Vec<u8>], words: &[&str], seed: u64, number: u64) -> Vec<u
 
 fn change(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], words: &[&str], random: &mut Random) {
     let at = random.below(bytes.len() + 1);
-    let length = 1 + random.below(1 << random.below(9));
+    let bits = random.below(9);
+    let length = 1 + random.below(1 << bits);
     let end = (at + length).min(bytes.len());
     match random.below(10) {
         0 if at < bytes.len() => bytes[at] ^= 1 << random.below(8),

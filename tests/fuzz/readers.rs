@@ -5,12 +5,14 @@ use std::sync::Arc;
 
 use anim::base::codec::{Decoder, SharedTable};
 use anim::base::digest::Digest;
-use anim::base::project::{Access, Project};
+use anim::base::project::{Access, Folder, Project};
+use anim::base::rate::Rate;
 use anim::components::{Edit, Render, Scene};
 use anim::film::Film;
 use anim::load;
+use anim::output::formats::FORMATS;
 use anim::output::manifest::Manifest;
-use anim::output::{FORMATS, Provenance, inspect, provenance_metadata};
+use anim::output::{Provenance, film, inspect, provenance_metadata, read_layered};
 use anim::script::host::{HOST_WORD, HostCommand};
 use anim::script::{Evaluation, Program};
 
@@ -24,7 +26,7 @@ pub struct Reader {
     pub read: fn(&Path, &[u8]),
 }
 
-pub const READERS: [Reader; 11] = [
+pub const READERS: [Reader; 17] = [
     Reader { name: "ron", seeds: || corpus("ron", &["scenes"]), words: &RON, read: |folder, bytes| ron(folder, bytes) },
     Reader {
         name: "nff",
@@ -56,6 +58,37 @@ pub const READERS: [Reader; 11] = [
         words: &["element face 9\n", "property list uchar int vertex_indices\n", "end_header\n"],
         read: |folder, bytes| mesh(folder, bytes, "a.ply"),
     },
+    Reader {
+        name: "stl",
+        seeds: stl_seeds,
+        words: &["facet normal ", "solid x\n", "endsolid\n", "vertex 1 2 3\n"],
+        read: |folder, bytes| mesh(folder, bytes, "a.stl"),
+    },
+    Reader {
+        name: "mtl",
+        seeds: || corpus("mtl", &[]),
+        words: &["newmtl a\n", "Kd ", "map_Kd -s 1 1 1 ", "Pr ", "illum ", "\\\n"],
+        read: mtl,
+    },
+    Reader {
+        name: "golden",
+        seeds: || corpus("golden", &[]),
+        words: &["entries: [", "size: (", "frames: \"", "parameters: {"],
+        read: |folder, bytes| drop(load::golden::load_golden_list(&put(folder, "golden.ron", bytes))),
+    },
+    Reader {
+        name: "csv",
+        seeds: || corpus("csv", &[]),
+        words: &["\"", "\"\"", ",", ";", "\r\n", "nan"],
+        read: |folder, bytes| data(folder, bytes, "a.csv", CSV_SCRIPT),
+    },
+    Reader {
+        name: "json",
+        seeds: || corpus("json", &[]),
+        words: &["[[[[", "{\"a\":", "1e999", "\\ud800", "null"],
+        read: |folder, bytes| data(folder, bytes, "a.json", "let all = load_json(\"a.json\"); print(`${all}`);"),
+    },
+    Reader { name: "film", seeds: film_seeds, words: &["moov", "iTXt", "acTL", "VP8X", "XMP ", "FRAME\n"], read: film },
     Reader {
         name: "image",
         seeds: image_seeds,
@@ -139,9 +172,9 @@ fn put(folder: &Path, name: &str, bytes: &[u8]) -> PathBuf {
 
 fn ron(folder: &Path, bytes: &[u8]) {
     let path = put(folder, "a.ron", bytes);
-    if let Ok((scene, _)) = load::load_scene(&path, true) {
-        // What was read can be written, and what was written can be read.
-        let text = load::write::to_ron(&scene, None);
+    let read = load::load_scene(&path, true).ok();
+    // What was read can be written, and what was written can be read.
+    if let Some(text) = read.and_then(|(scene, _)| load::write::to_ron(&scene, None).ok()) {
         let again = put(folder, "again.ron", text.as_bytes());
         if let Err(problems) = load::load_scene(&again, true) {
             panic!("what was written cannot be read: {problems}\n{text}");
@@ -169,8 +202,88 @@ fn rhai(folder: &Path, bytes: &[u8]) {
     }
 }
 
+fn folder_of(folder: &Path) -> Folder {
+    Folder::new(folder, Arc::new(Project::new(folder.to_path_buf(), Vec::new())))
+}
+
 fn mesh(folder: &Path, bytes: &[u8], name: &str) {
-    let _ = load::mesh::load(&put(folder, name, bytes));
+    put(folder, name, bytes);
+    let _ = load::mesh::load(&folder_of(folder), name, true);
+}
+
+/// A library of materials, beside a mesh that names all that it could hold.
+fn mtl(folder: &Path, bytes: &[u8]) {
+    let faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\nmtllib a.mtl\nusemtl a\nf 1 2 3\nusemtl glass\nf 1 3 2\n";
+    put(folder, "a.obj", faces.as_bytes());
+    put(folder, "a.mtl", bytes);
+    let _ = load::mesh::load(&folder_of(folder), "a.obj", true);
+}
+
+fn stl_seeds() -> Vec<Vec<u8>> {
+    let mut seeds = corpus("stl", &[]);
+    let mut binary = vec![b' '; 80];
+    binary.extend(2u32.to_le_bytes());
+    for facet in 0..2 {
+        (0..12).for_each(|i| binary.extend((((i * 7 + facet) % 5) as f32).to_le_bytes()));
+        binary.extend(0x801fu16.to_le_bytes());
+    }
+    seeds.push(binary);
+    seeds
+}
+
+const CSV_SCRIPT: &str = "for options in [#{}, #{ header: false }, #{ separator: \";\" }] {
+    try { let all = load_csv(\"a.csv\", options); print(`${all.columns} ${all.len()}`); for row in all { print(`${row}`); } }
+    catch {}
+}";
+
+/// A file of data, read by a script in this process.
+fn data(folder: &Path, bytes: &[u8], name: &str, body: &str) {
+    put(folder, name, bytes);
+    let script = format!("animation(#{{ frames: 1 }});\nfn setup(s) {{ {body} }}\nfn frame(s, f) {{}}");
+    let path = put(folder, "a.rhai", script.as_bytes());
+    let project = Project::of(&path, &Access::default()).expect("a project");
+    let scene: Arc<Scene> = Arc::default();
+    if let Ok(program) = Program::open(&path, &[], &project, &Evaluation::InProcess) {
+        let _ = program.setup(&scene);
+    }
+}
+
+/// Films of the formats that are written here, and the first boxes of two that are not.
+fn film_seeds() -> Vec<Vec<u8>> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let spec = film::FilmSpec {
+        size: [4, 2],
+        rate: Rate::new(24, 1).expect("a rate"),
+        frames: 2,
+        alpha: false,
+        deep: false,
+        plays: 0,
+        metadata: provenance_metadata(&frame_of()),
+    };
+    let frames = [10, 200].map(|shade| film::FilmFrame {
+        width: 4,
+        height: 2,
+        pixels: film::FramePixels::Bytes(vec![[shade, 0, 90, 255]; 8]),
+    });
+    let mut seeds = vec![
+        b"\0\0\0\x14ftypisom\0\0\0\0isom\0\0\0\x74moov\0\0\0\x6cmvhd".to_vec(),
+        vec![0x1a, 0x45, 0xdf, 0xa3, 0x84, 1, 2, 3, 4, 0x18, 0x53, 0x80, 0x67, 0x84, 0x15, 0x49, 0xa9, 0x66],
+    ];
+    for ending in ["apng", "gif", "webp", "y4m"] {
+        let path = folder.path().join("a").with_extension(ending);
+        let mut finder = film::PaletteFinder::new(film::PaletteChoice::Shared, 2);
+        frames.iter().for_each(|frame| finder.add(frame));
+        let options = film::FilmOptions::default();
+        let mut writer = film::FilmWriter::create(&path, &spec, &options, finder.choose()).expect("a film");
+        frames.iter().for_each(|frame| writer.add(frame).expect("a frame"));
+        writer.finish().expect("a film");
+        seeds.push(std::fs::read(&path).expect("a film"));
+    }
+    seeds
+}
+
+fn film(folder: &Path, bytes: &[u8]) {
+    let _ = film::read_film_info(&put(folder, "a.film", bytes));
 }
 
 fn ply_seeds() -> Vec<Vec<u8>> {
@@ -197,9 +310,11 @@ fn image_seeds() -> Vec<Vec<u8>> {
         picture.write_to(&mut bytes, format).expect("an image");
         bytes.into_inner()
     };
-    let mut radiance = Vec::new();
-    let texels = vec![image::Rgb([0.5f32, 2.0, 100.0]); 16 * 2];
-    image::codecs::hdr::HdrEncoder::new(&mut radiance).encode(&texels, 16, 2).expect("an image");
+    let mut radiance = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 16\n".to_vec();
+    for _ in 0..2 {
+        radiance.extend([2, 2, 0, 16]);
+        [100, 200, 50, 129].iter().for_each(|value| radiance.extend([128 + 16, *value]));
+    }
     vec![encoded(image::ImageFormat::Png), encoded(image::ImageFormat::Jpeg), radiance]
 }
 
@@ -213,7 +328,7 @@ fn cube(folder: &Path, bytes: &[u8]) {
     for face in ["right", "left", "top", "bottom", "front", "back"] {
         put(folder, &format!("{face}.png"), bytes);
     }
-    let _ = load::image::read_cube_map(&folder.into(), ".", true);
+    let _ = load::image::read_cube_map(&folder_of(folder), ".", true);
 }
 
 fn frame_of() -> Provenance {
@@ -227,7 +342,13 @@ fn frame_seeds() -> Vec<Vec<u8>> {
         let render = Render { bit_depth: format.bit_depths[0].0, ..Render::default() };
         (format.encode)(&film, &render, &provenance_metadata(&frame_of())).expect("a frame")
     };
-    FORMATS.iter().map(|format| encode(format)).collect()
+    let mut seeds: Vec<Vec<u8>> = FORMATS.iter().map(|format| encode(format)).collect();
+    // What other tools write: grey, with alpha.
+    let grey = image::GrayAlphaImage::from_fn(5, 3, |x, y| image::LumaA([x as u8 * 40, 255 - y as u8]));
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    grey.write_to(&mut bytes, image::ImageFormat::Png).expect("an image");
+    seeds.push(bytes.into_inner());
+    seeds
 }
 
 fn frame(folder: &Path, bytes: &[u8]) {
@@ -239,6 +360,7 @@ fn frame(folder: &Path, bytes: &[u8]) {
     for format in FORMATS {
         let _ = ((format.decode)(bytes), (format.pixels)(bytes), (format.read_header)(bytes));
     }
+    let _ = (read_layered(bytes), film::FilmFrame::read(bytes), film::FilmFrame::head(bytes));
 }
 
 fn manifest_seeds() -> Vec<Vec<u8>> {
