@@ -2,9 +2,10 @@
 //!
 //! Pixels are linear and of any size (scene referred). [`accumulator`] adds samples up, tile by tile; [`filter`] draws where
 //! in and around a pixel they lie; [`layers`] say what the pixels show; [`denoise`] takes out noise; [`tone`] makes what a
-//! screen can show of the result.
+//! screen can show of the result; [`bounds`] are rectangles of a frame that is not rendered as a whole.
 
 pub mod accumulator;
+pub mod bounds;
 mod denoise;
 mod dither;
 pub mod filter;
@@ -12,7 +13,8 @@ pub mod layers;
 pub mod tone;
 
 pub use accumulator::{AccumulatorOptions, PixelAccumulator};
-pub use denoise::{DenoisePixel, SeenFeature, denoise};
+pub use bounds::PixelBounds;
+pub use denoise::{DENOISE_REACH, DenoisePixel, SeenFeature, denoise};
 pub use filter::FilterTable;
 pub use layers::{Feature, Layers};
 pub use tone::DisplayTransform;
@@ -28,22 +30,32 @@ pub struct Film {
     pub pixels: Vec<[f32; 3]>,
     /// What the pixels show, as far as it was asked for.
     pub layers: Layers,
+    /// Where the first pixel lies in its frame, of which the film may be a part.
+    pub origin: [u32; 2],
 }
 
 impl Film {
     /// A black film without layers.
     pub fn new(width: u32, height: u32) -> Self {
         let pixels = vec![[0.0; 3]; width as usize * height as usize];
-        Film { width, height, pixels, layers: Layers::default() }
+        Film { width, height, pixels, layers: Layers::default(), origin: [0; 2] }
+    }
+
+    /// The part of a film that covers `bounds` of a frame.
+    pub fn cropped(&self, bounds: PixelBounds, part: PixelBounds) -> Film {
+        let [width, height] = part.size;
+        let (pixels, layers) = (bounds.crop(&self.pixels, part), self.layers.cropped(bounds, part));
+        Film { width, height, pixels, layers, origin: part.origin }
     }
 
     /// RGB bytes, three per pixel, rounded to nearest or dithered.
     pub fn to_rgb8(&self, display: DisplayTransform) -> Vec<u8> {
         if display.dithers() {
-            let width = self.width.max(1) as usize;
+            let (width, [left, top]) = (self.width.max(1) as usize, self.origin.map(|at| at as usize));
             let dithered = |(i, color): (usize, &[f32; 3])| {
+                let (x, y) = (left + i % width, top + i / width);
                 let exposed = display.expose(*color);
-                [0, 1, 2].map(|k| display.dithered_byte(exposed[k], dither::threshold(i % width, i / width, k)))
+                [0, 1, 2].map(|k| display.dithered_byte(exposed[k], dither::threshold(x, y, k)))
             };
             return self.pixels.iter().enumerate().flat_map(dithered).collect();
         }

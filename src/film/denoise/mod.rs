@@ -55,6 +55,11 @@ const MOST_LIGHT: f32 = 1e9;
 /// Variance after a pass, as a share of that before the first, at the least.
 const LEFT_VARIANCE: f32 = 0.01;
 
+/// How far in pixels a change of one pixel can reach, at most: 11 by the variance that weights go by, 4, 7 and 9 by taps
+/// and patches of the passes, 3 after each but the last by the variance that it leaves, 8 and 6 by the choice. Parts of a
+/// frame are filtered with so many pixels around them.
+pub const DENOISE_REACH: u32 = 11 + 4 + 3 + 7 + 3 + 9 + 8 + 6;
+
 /// Denoises a film that has its samples in two halves; others stay as they are.
 pub fn denoise(film: &mut Film) {
     let pixels = std::mem::take(&mut film.layers.halves);
@@ -86,14 +91,8 @@ pub fn denoise(film: &mut Film) {
         [0, 1].map(|half| modulated(&light(&level[half]), &albedo[half]))
     };
     let outputs: Vec<[[PaddedPlane; 3]; 2]> = levels.iter().map(|l| shown(&|h| h.light.clone(), l)).collect();
-    let fewest = pixels.iter().fold(f32::INFINITY, |least, pixel| least.min(pixel.samples));
-    let weights: Vec<PaddedPlane> = if fewest < FEWEST_TO_CHOOSE {
-        (0..levels.len()).map(|l| PaddedPlane::from_fn(size, |_| f32::from(u8::from(l + 1 == levels.len())))).collect()
-    } else {
-        let guides: Vec<Candidate> =
-            levels.iter().map(|l| Candidate { halves: shown(&|h| h.guide.clone(), l) }).collect();
-        choose(&guides[0].halves, &believed, &guides)
-    };
+    let guides: Vec<Candidate> = levels.iter().map(|l| Candidate { halves: shown(&|h| h.guide.clone(), l) }).collect();
+    let weights = choose(&believed, &guides, &|i| pixels[i].samples < FEWEST_TO_CHOOSE);
     for (i, pixel) in film.pixels.iter_mut().enumerate() {
         let mut color = Vec3::ZERO;
         for (output, weight) in outputs.iter().zip(&weights) {

@@ -20,9 +20,14 @@ pub struct Candidate {
     pub halves: [[PaddedPlane; 3]; 2],
 }
 
-/// The planes of the chosen picture. `raw` are the halves unfiltered, `variance` that of each of them, summed over the
-/// channels; the first candidate is made of `raw`, and `outputs` are what is shown of each candidate.
-pub fn choose(raw: &[[PaddedPlane; 3]; 2], variance: &PaddedPlane, candidates: &[Candidate]) -> Vec<PaddedPlane> {
+/// How much of each candidate a pixel shows. The first is the unfiltered picture, `variance` that of each of its halves,
+/// summed over the channels; of pixels with `too_few` samples to choose by, the last is taken.
+pub fn choose(
+    variance: &PaddedPlane,
+    candidates: &[Candidate],
+    too_few: &(dyn Fn(usize) -> bool + Sync),
+) -> Vec<PaddedPlane> {
+    let raw = &candidates[0].halves;
     let size = variance.size();
     let last = &candidates[candidates.len() - 1].halves;
     let brightness = PaddedPlane::from_fn(size, |i| {
@@ -50,6 +55,9 @@ pub fn choose(raw: &[[PaddedPlane; 3]; 2], variance: &PaddedPlane, candidates: &
         .collect();
     let soft = gaussian_weights(OF_CHOICE);
     let best = |i: usize| {
+        if too_few(i) {
+            return candidates.len() - 1;
+        }
         let mut best = 0;
         for (number, error) in errors.iter().enumerate() {
             if error.at(i) < errors[best].at(i) {

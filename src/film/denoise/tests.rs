@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::*;
 use crate::base::random::{combine, unit_f32};
-use crate::film::Feature;
+use crate::film::{Feature, PixelBounds};
 
 /// Light and albedo of a pixel, and whether its samples are noisy.
 type Truth = dyn Fn(usize, usize) -> (f32, f32, bool);
@@ -111,4 +111,19 @@ fn the_picture_is_the_same_on_any_number_of_threads() {
         film
     };
     assert_eq!(on(1), on(3));
+}
+
+#[test]
+fn a_part_with_its_surroundings_is_filtered_as_in_the_whole() {
+    let truth = |x: usize, y: usize| (if (x / 19 + y / 17) % 2 == 0 { 1.0 } else { 0.2 }, 0.5, true);
+    let size = [150, 70];
+    let whole = film(size[0], size[1], 16, &truth);
+    let part = PixelBounds { origin: [70, 62], size: [5, 4] };
+    let around = part.grown(DENOISE_REACH, size);
+    assert!(around.count() < whole.pixels.len());
+    let mut cropped = whole.cropped(PixelBounds::whole(size), around);
+    denoise(&mut cropped);
+    let mut filtered = whole;
+    denoise(&mut filtered);
+    assert_eq!(cropped.cropped(around, part).pixels, filtered.cropped(PixelBounds::whole(size), part).pixels);
 }
