@@ -110,11 +110,14 @@ fn example_of(record: &dyn Record, field: &str, default: &Value, kind: &str, cho
         Value::List(vec![number(1.0), number(2.0)]),
         Value::List(vec![three.clone(), Value::Vec3(glam::DVec3::X)]),
         Value::List(vec![three.clone(), three.clone(), three]),
+        Value::List([0, 0, 16, 16].map(Value::Int).to_vec()),
         Value::List(Vec::new()),
         Value::Text("name".into()),
     ]);
     let mut fitting = candidates.filter(|value| record.probe(field, value).is_ok());
-    fitting.next().map_or_else(|| "(pattern: Checker)".into(), |value| in_ron(&value, kind))
+    // A number that goes with another field fits nowhere by itself.
+    let alone = if kind == "a number" { "2.8" } else { "(pattern: Checker)" };
+    fitting.next().map_or_else(|| alone.into(), |value| in_ron(&value, kind))
 }
 
 /// A record by its name in a scene.

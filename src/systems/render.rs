@@ -411,7 +411,7 @@ fn tiles(
 /// Means of the samples of all tiles, over all that was traced.
 fn resolve<'a>(grid: TileGrid, options: AccumulatorOptions, tiles: impl Iterator<Item = &'a PixelAccumulator>) -> Film {
     let [width, height] = grid.traced.size;
-    let mut film = Film::new(width, height);
+    let mut film = Film { origin: grid.traced.origin, ..Film::new(width, height) };
     let count = film.pixels.len();
     if options.features {
         film.layers.make_room_for_features(count);

@@ -9,7 +9,7 @@
 //! the sun with it, by the share of each texel that its disk covers. So it is sampled, mirrored and rotated as any
 //! environment.
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use crate::components::{MipMap, Texels};
 
@@ -228,12 +228,6 @@ fn exponential(v: DVec3) -> DVec3 {
     DVec3::new(libm::exp(v.x), libm::exp(v.y), libm::exp(v.z))
 }
 
-/// What a texel of the picture holds, for tests.
-#[cfg(test)]
-fn texel(map: &MipMap, x: u32, y: u32) -> Vec3 {
-    map.levels[0].texel(x, y)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -276,7 +270,7 @@ mod tests {
                 let height = libm::sin((0.5 - (f64::from(y) + 0.5) / f64::from(HEIGHT)) * std::f64::consts::PI);
                 let angle = std::f64::consts::TAU / f64::from(WIDTH) * std::f64::consts::PI / f64::from(HEIGHT);
                 let angle = angle * (1.0 - height * height).sqrt();
-                sum += (0..WIDTH).map(|x| f64::from(texel(&map, x, y).y)).sum::<f64>() * angle * height;
+                sum += (0..WIDTH).map(|x| f64::from(map.levels[0].texel(x, y).y)).sum::<f64>() * angle * height;
             }
             sum / std::f64::consts::PI
         };
