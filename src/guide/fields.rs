@@ -96,8 +96,8 @@ fn example_of(record: &dyn Record, field: &str, default: &Value, kind: &str, cho
     let three = Value::Vec3(glam::DVec3::new(0.0, 1.0, 0.5));
     let candidates = first.into_iter().chain([
         number(0.5),
-        number(1.5),
         Value::Int(1),
+        number(1.5),
         three.clone(),
         Value::List(vec![number(1.0), number(2.0)]),
         Value::List(vec![three.clone(), Value::Vec3(glam::DVec3::X)]),
@@ -105,8 +105,16 @@ fn example_of(record: &dyn Record, field: &str, default: &Value, kind: &str, cho
         Value::List(Vec::new()),
         Value::Text("name".into()),
     ]);
-    let mut fitting = candidates.filter(|value| record.probe(field, value).is_ok());
-    fitting.next().map_or_else(|| "(pattern: Checker)".into(), |value| in_ron(&value, kind))
+    // A field that goes with another (`f_stop` with `focal_length`) fits by its shape alone.
+    let (mut fitting, mut shaped) = (None, None);
+    for value in candidates {
+        match record.probe(field, &value) {
+            Ok(()) => fitting = fitting.or(Some(value)),
+            Err(FieldError::Mismatch(mismatch)) if !mismatch.message.starts_with("expected ") => shaped = Some(value),
+            Err(_) => {}
+        }
+    }
+    fitting.or(shaped).map_or_else(|| "(pattern: Checker)".into(), |value| in_ron(&value, kind))
 }
 
 /// A record by its name in a scene.
