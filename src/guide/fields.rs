@@ -89,11 +89,11 @@ fn example_of(record: &dyn Record, field: &str, default: &Value, kind: &str, cho
         return in_ron(default, kind);
     }
     if kind.contains("entity or a point") {
-        return "Point(0.0, 1.0, 0.5)".into();
+        return "Point(0.2, 1.0, 0.5)".into();
     }
     let first = choices.first().map(|word| Value::Text(word.as_str().into()));
     let number = |x: f64| Value::Number(x);
-    let three = Value::Vec3(glam::DVec3::new(0.0, 1.0, 0.5));
+    let three = Value::Vec3(glam::DVec3::new(0.2, 1.0, 0.5));
     let candidates = first.into_iter().chain([
         number(0.5),
         Value::Int(1),
