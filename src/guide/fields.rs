@@ -1,6 +1,6 @@
 //! Records as the reference shows them: every field with its kind, its default and an example.
 
-use super::{Block, CodeKind, Entry};
+use super::{Block, CodeKind, GuideEntry};
 use crate::components::*;
 
 /// A record with its fields.
@@ -151,7 +151,7 @@ pub fn blocks(record: &RecordReference) -> Vec<Block> {
             Value::Unit => "not given".to_string(),
             value => in_ron(value, &field.kind),
         };
-        Block::Entry(Entry {
+        Block::GuideEntry(GuideEntry {
             forms: vec![field.name.to_string()],
             kind: field.kind.clone(),
             default,
