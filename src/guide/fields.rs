@@ -102,6 +102,7 @@ fn example_of(record: &dyn Record, field: &str, default: &Value, kind: &str, cho
         Value::List(vec![number(1.0), number(2.0)]),
         Value::List(vec![three.clone(), Value::Vec3(glam::DVec3::X)]),
         Value::List(vec![three.clone(), three.clone(), three]),
+        Value::List([0, 0, 8, 8].map(Value::Int).to_vec()),
         Value::List(Vec::new()),
         Value::Text("name".into()),
     ]);

@@ -64,11 +64,10 @@ fn is_dark(scene: &Scene) -> bool {
     let emits = |material: &Material| material.emission != DVec3::ZERO;
     let is_lamp =
         |desc: &EntityDesc| Kind::ALL.iter().any(|kind| kind.role() == Role::Light && desc.get(*kind).is_some());
-    let has_shapes = scene.entities.iter().any(|desc| shapes_of(desc).next().is_some());
-    has_shapes
-        && !(is_path_traced && surroundings)
-        && !scene.entities.iter().any(is_lamp)
-        && !scene.materials.iter().any(|(_, material)| emits(material))
+    let is_lit = is_path_traced && surroundings
+        || scene.entities.iter().any(is_lamp)
+        || scene.materials.iter().any(|(_, material)| emits(material));
+    !is_lit && scene.entities.iter().any(|desc| shapes_of(desc).next().is_some())
 }
 
 fn shapes_of(desc: &EntityDesc) -> impl Iterator<Item = &dyn Shape> {

@@ -132,7 +132,7 @@ fn what_can_hardly_be_meant_is_warned_of() {
               (name: \"lost\", sphere: (), transform: (translation: (0, 0, 20)))])"
         )
     };
-    sandbox.write("dark.ron", &scene("")).write("lit.ron", &scene("(point_light: (position: (0, 5, 5))),"));
+    sandbox.write("dark.ron", scene("")).write("lit.ron", scene("(point_light: (position: (0, 5, 5))),"));
     let said = sandbox.anim("check dark.ron").ok();
     assert!(said.stderr.contains("dark.ron: warning: there is no light in the scene"), "{}", said.stderr);
     assert!(said.stderr.contains("dark.ron:2:15: warning: entity `lost` is outside the picture"), "{}", said.stderr);
