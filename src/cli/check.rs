@@ -61,7 +61,7 @@ fn check(input: &Path, arguments: &CheckArguments) -> Result<String, Diagnostics
         evaluation: evaluation()?,
         ..OpenOptions::default()
     };
-    let (mut shot, warnings) = shot::open_with(input, options)?;
+    let (mut shot, warnings) = super::open(input, options)?;
     say(&warnings);
     let frames: Vec<u32> = (1..=shot.frames()).collect();
     let checked = shot::plan::check(&mut shot, &frames);

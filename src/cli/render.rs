@@ -1,5 +1,7 @@
 //! `anim render`: frames of a script, or one picture of a scene.
 
+mod shared;
+
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -17,7 +19,7 @@ use crate::shot::run::{self, Event, FrameSource, Report, ReusePolicy};
 use crate::shot::{self, Overrides, Shot};
 
 /// Which frames, how they look, and where they go: what decides the plan.
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 pub struct FrameArguments {
     #[command(flatten)]
     pub input: InputArguments,
@@ -35,7 +37,7 @@ pub struct FrameArguments {
 }
 
 /// Settings over those of the scene and the script.
-#[derive(Clone, clap::Args)]
+#[derive(Clone, Default, clap::Args)]
 pub struct LookArguments {
     /// Width and height in pixels, over the scene's
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -77,6 +79,8 @@ impl RenderArguments {
             overwrite: false,
             no_reuse: false,
             reuse_memory,
+            claims: false,
+            expect: None,
             threads: None,
             stats: None,
             progress,
@@ -93,6 +97,8 @@ impl RenderArguments {
             (look.is_given(), "a setting such as --size"),
             (self.force, "--force"),
             (self.no_reuse, "--no-reuse"),
+            (self.claims, "--claims"),
+            (self.expect.is_some(), "--expect"),
             (self.threads.is_some(), "--threads"),
             (self.stats.is_some(), "--stats"),
         ];
@@ -101,6 +107,35 @@ impl RenderArguments {
 }
 
 impl LookArguments {
+    /// The same at another size.
+    pub fn sized(&self, size: [u32; 2]) -> Self {
+        LookArguments { size: Some(size), ..self.clone() }
+    }
+
+    /// The words of a command line that say the same.
+    pub fn words(&self) -> Vec<String> {
+        let list = |aovs: &Aovs| {
+            let names: Vec<String> = aovs.0.iter().map(|aov| format!("{aov:?}").to_lowercase()).collect();
+            if names.is_empty() { "none".into() } else { names.join(",") }
+        };
+        let given: [(&str, Option<String>); 8] = [
+            ("--size", self.size.map(|[width, height]| format!("{width}x{height}"))),
+            ("--spp", self.spp.map(|spp| spp.to_string())),
+            ("--seed", self.seed.map(|seed| seed.to_string())),
+            ("--light-size", self.light_size.map(|side| side.to_string())),
+            ("--integrator", self.integrator.map(|integrator| format!("{integrator:?}").to_lowercase())),
+            ("--accel", self.accel.map(|accel| format!("{accel:?}").to_lowercase())),
+            ("--depth", self.depth.map(|depth| depth.to_string())),
+            ("--aovs", self.aovs.as_ref().map(list)),
+        ];
+        let mut words = Vec::new();
+        given.into_iter().filter_map(|(flag, value)| Some([flag.to_string(), value?])).for_each(|pair| words.extend(pair));
+        if self.denoise {
+            words.push("--denoise".into());
+        }
+        words
+    }
+
     /// Whether any setting was given.
     pub fn is_given(&self) -> bool {
         self.overrides() != Overrides::default()
@@ -129,6 +164,7 @@ Examples:
   anim render show.rhai -D aperture=0.2 -o wide      a parameter of the script, another folder
   anim render show.rhai -o 'out/f.######.png'        six digits
   anim render show.rhai --shard 2/3                  the second third, on the second of three machines
+  anim render show.rhai --shard 2/3 --claims         the same; when it is done, it helps the others
   anim render scene.p3f --size 1024x768 --depth 16   a still in 16 bits
   anim render scene.ron -o still.exr --aovs depth,normal   linear values, with layers
   anim render show.rhai -o show.mp4                  a film of the frames: see anim help film")]
@@ -147,6 +183,14 @@ pub struct RenderArguments {
     /// Memory for what is kept from frame to frame; the pictures do not depend on it
     #[arg(long, value_name = "MIB", default_value_t = limits::REUSE_MEMORY, value_parser = clap::value_parser!(u64).range(0..=1 << 24))]
     reuse_memory: u64,
+    /// Share the folder with other workers: claim frames before they are rendered, so that each is rendered once; with
+    /// --shard, the own part comes first, then what nobody has claimed of the others
+    #[arg(long)]
+    pub claims: bool,
+    /// Refuse to render if the plan of these frames is another one than this, as after an edit or with another version;
+    /// `anim plan --json --tasks N` and the jobs of `anim farm` name it
+    #[arg(long, value_name = "PLAN")]
+    pub expect: Option<String>,
     /// Worker threads; the pictures do not depend on them [default: one per core]
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     pub threads: Option<usize>,
@@ -230,7 +274,7 @@ pub fn plan_into(
     cancel: &AtomicBool,
 ) -> Result<(Shot, Plan), Diagnostics> {
     let options = arguments.input.options(arguments.look.overrides())?;
-    let (mut shot, warnings) = shot::open_with(&arguments.input.input, options)?;
+    let (mut shot, warnings) = super::open(&arguments.input.input, options)?;
     say(&warnings);
     let count = shot.frames();
     let wanted = match &arguments.frames {
@@ -265,9 +309,39 @@ pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
     if arguments.wanted.out.as_ref().is_some_and(|out| FilmFormat::of_path(Path::new(out)).is_some()) {
         return film::render(&arguments, &film::FilmOptionArguments::default());
     }
+    let rendered = render_frames(&arguments);
+    if let Err(problems) = &rendered {
+        Progress::fail(arguments.progress, problems);
+    }
+    rendered
+}
+
+fn render_frames(arguments: &RenderArguments) -> Result<Exit, Diagnostics> {
     let cancel = on_interrupt()?;
-    let (mut shot, plan) = plan(&arguments.wanted, &cancel)?;
-    render(&arguments, &mut shot, plan, &cancel, &|_| {})
+    let whole = FrameArguments { shard: None, ..arguments.wanted.clone() };
+    let (mut shot, mut plan) = plan(&whole, &cancel)?;
+    if let Some(expected) = &arguments.expect {
+        expect_plan(expected, &plan)?;
+    }
+    if arguments.claims {
+        return shared::render(arguments, &mut shot, plan, &cancel);
+    }
+    if let Some([i, n]) = arguments.wanted.shard {
+        plan.keep_shard(i, n);
+    }
+    render(arguments, &mut shot, plan, &cancel, &|_| {})
+}
+
+/// A job is refused whose frames would not be those that it was written for.
+pub fn expect_plan(expected: &str, plan: &Plan) -> Result<(), Diagnostics> {
+    let found = plan.digest().to_string();
+    if found == expected {
+        return Ok(());
+    }
+    let version = env!("CARGO_PKG_VERSION");
+    let message = format!("the plan is {found} and not {expected}: other frames than those of the job (anim {version})");
+    let help = "the input, its settings or the version of anim have changed since: write the job anew";
+    Err(Diagnostic::error(message).help(help).into())
 }
 
 /// Renders what is not done. `finished` hears of every frame that is whole, those that were there already too, from
@@ -292,17 +366,9 @@ pub fn render(
     let kept = plan.frames.iter().filter(|planned| planned.state == FileState::Done).count();
     let progress = Progress::new(arguments.progress, wanted - kept - plan.mistakes().count());
     let written = AtomicUsize::new(0);
-    let watch = |event: Event| match event {
-        Event::Tiles { frame, done, total } => progress.tiles(frame, done, total),
-        Event::Written(report) => {
-            if report.reused != FrameSource::Cache {
-                written.fetch_add(1, Ordering::Relaxed);
-                progress.written(report.frame, &report.file.to_string_lossy());
-            }
-            if arguments.stats.is_some() {
-                print(&format!("{}\n", stats(&report)));
-            }
-            finished(report.frame);
+    let watch = |event: Event| {
+        if let Some(frame) = show(arguments, &progress, &written, &event) {
+            finished(frame);
         }
     };
     let ending = run::run(shot, &plan, policy, cancel, &watch);
@@ -318,6 +384,27 @@ pub fn render(
         return Ok(Exit::Interrupted);
     }
     Ok(outcome(&plan, &ending.failed, written + kept))
+}
+
+/// Shows what happens, and gives the number of a frame that is whole now.
+fn show(arguments: &RenderArguments, progress: &Progress, written: &AtomicUsize, event: &Event) -> Option<u32> {
+    match event {
+        Event::Tiles { frame, done, total } => {
+            progress.tiles(*frame, *done, *total);
+            None
+        }
+        Event::Failed(_) => None,
+        Event::Written(report) => {
+            if report.reused != FrameSource::Cache {
+                written.fetch_add(1, Ordering::Relaxed);
+                progress.written(report.frame, &report.file.to_string_lossy());
+            }
+            if arguments.stats.is_some() {
+                print(&format!("{}\n", stats(report)));
+            }
+            Some(report.frame)
+        }
+    }
 }
 
 /// What somebody else has made is not written over unasked.

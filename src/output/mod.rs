@@ -5,6 +5,7 @@
 //!
 //! [`formats`] holds the table of picture formats; to add one touches that table and a file of its own.
 
+pub mod claims;
 mod exr;
 pub mod film;
 pub mod format;
