@@ -22,7 +22,8 @@ use crate::shot::plan::Plan;
 use crate::shot::run::{self, ReusePolicy};
 
 #[derive(clap::Args)]
-#[command(after_help = "Frames are pure: any machine makes the same bytes, in any order, so that a task that was lost is only started again. Each
+#[command(
+    after_help = "Frames are pure: any machine makes the same bytes, in any order, so that a task that was lost is only started again. Each
 of these commands writes a text that you can read and change; nothing is submitted.
 
   anim farm slurm show.rhai --tasks 12 -o /shared/frames/     then: bash show.slurm.sh
@@ -33,7 +34,8 @@ of these commands writes a text that you can read and change; nothing is submitt
 
 Settings (--size, --spp, -D, ...) and frames are those of `anim render`, and are written into the job. Paths become
 absolute: machines must see the input and the output under the same names. Where they do not, pack the input
-(`anim pack`) and send the archive; frames come back as files. `anim guide farm` tells the whole story.")]
+(`anim pack`) and send the archive; frames come back as files. `anim guide farm` tells the whole story."
+)]
 pub struct FarmArguments {
     #[command(subcommand)]
     engine: FarmEngine,
@@ -42,14 +44,16 @@ pub struct FarmArguments {
 #[derive(Subcommand)]
 enum FarmEngine {
     /// A job script for Slurm: an array of tasks of about the same cost, and a last job that checks the frames
-    #[command(after_help = "The script says of each task which frames are in it. It asks for the cores and the memory that the plan estimates. A
+    #[command(
+        after_help = "The script says of each task which frames are in it. It asks for the cores and the memory that the plan estimates. A
 task that is preempted, or whose time is over, stops at a whole frame and goes back into the queue. Tasks claim frames,
 so that one that is done early helps the others, and what a lost one leaves is taken over.
 
 Examples:
   anim farm slurm show.rhai --tasks 100 --throttle 20 -o /shared/show/
   anim farm slurm show.rhai --minutes-per-task 10 --partition cpu --film /shared/show.mp4
-  anim farm slurm show.rhai --tasks 40 --scratch '$TMPDIR' --sbatch=--exclusive")]
+  anim farm slurm show.rhai --tasks 40 --scratch '$TMPDIR' --sbatch=--exclusive"
+    )]
     Slurm(Box<SlurmArguments>),
     /// A template of Open Job Description (2023-09), as AWS Deadline Cloud runs it
     #[command(after_help = "Parameters of the template: Input, Output, Frames, Tasks, Width, Height, Samples, Anim.
@@ -226,7 +230,10 @@ fn check_slurm(job: &Job, options: &SlurmOptions) -> Result<(), Diagnostics> {
     let words = [&options.partition, &options.account, &options.memory, &options.time];
     let words = words.into_iter().flatten().chain(&options.more);
     if let Some(wrong) = words.into_iter().find(|word| word.contains(['\n', '\r'])) {
-        return Err(usage(format!("`{}` has a line end in it, and a job script has an option on each line", wrong.trim())));
+        return Err(usage(format!(
+            "`{}` has a line end in it, and a job script has an option on each line",
+            wrong.trim()
+        )));
     }
     if options.scratch.is_some() && job.pattern.is_empty() {
         return Err(usage("--scratch: frames must go to one folder, as with -o FOLDER/"));
@@ -279,9 +286,10 @@ fn job(arguments: &JobArguments) -> Result<Job, Diagnostics> {
     let folder = absolute(&plan.folder().to_string_lossy());
     let (out, pattern) = places(out, &plan, &folder);
     let numbers: Vec<u32> = plan.frames.iter().map(|planned| planned.frame).collect();
-    let files = tasks.tasks.iter().map(|task| {
-        task.frames.iter().map(|frame| absolute(&plan.target.path(*frame).to_string_lossy())).collect()
-    });
+    let files = tasks
+        .tasks
+        .iter()
+        .map(|task| task.frames.iter().map(|frame| absolute(&plan.target.path(*frame).to_string_lossy())).collect());
     let this = std::env::current_exe().map(|path| path.to_string_lossy().into_owned());
     Ok(Job {
         name: shot.name.clone(),
@@ -336,7 +344,8 @@ pub fn settings(wanted: &FrameArguments) -> Vec<String> {
 /// The files that the shot is made of, or the archive.
 fn sources(shot: &Shot, wanted: &FrameArguments) -> Vec<String> {
     let input = &wanted.input.input;
-    let files = if is_archive(input) { vec![input.clone()] } else { shot.files().into_iter().map(|(path, _)| path).collect() };
+    let files =
+        if is_archive(input) { vec![input.clone()] } else { shot.files().into_iter().map(|(path, _)| path).collect() };
     files.iter().filter(|path| path.is_file()).map(|path| absolute(&path.to_string_lossy())).collect()
 }
 

@@ -10,6 +10,7 @@ mod farm;
 mod film;
 mod frames;
 mod guide;
+mod merge;
 mod pack;
 mod pictures;
 mod plan;
@@ -70,6 +71,8 @@ enum Command {
     Status(status::StatusArguments),
     /// Write a job for a scheduler: Slurm, Open Job Description, make or ninja
     Farm(farm::FarmArguments),
+    /// Join tiles of a picture to the bytes of the whole
+    Merge(merge::MergeArguments),
     /// Make a film of a script or of frames: .mp4 .webm .mov .gif .apng .webp .y4m
     Film(Box<film::FilmArguments>),
     /// Put many pictures on one: frames of a sequence, several scenes, values of a parameter
@@ -99,13 +102,14 @@ impl Command {
     }
 }
 
-const COMMANDS: [&str; 17] = [
+const COMMANDS: [&str; 18] = [
     "render",
     "check",
     "plan",
     "pack",
     "status",
     "farm",
+    "merge",
     "film",
     "sheet",
     "dump",
@@ -279,6 +283,7 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         Command::Pack(arguments) => pack::run(&arguments),
         Command::Farm(arguments) => farm::run(&arguments),
         Command::Status(arguments) => status::run(&arguments),
+        Command::Merge(arguments) => merge::run(&arguments),
         Command::Film(arguments) => film::run(&arguments),
         Command::Sheet(arguments) => sheet::run(*arguments),
         Command::Dump(arguments) => scenes::dump(arguments),

@@ -91,7 +91,8 @@ impl Progress {
     pub fn fail(mode: Mode, problems: &Diagnostics) {
         let first = problems.0.iter().find(|problem| problem.is_error());
         if let Some(problem) = first.filter(|_| mode == Mode::Openjd) {
-            let place = problem.place.as_ref().map_or_else(String::new, |p| format!("{}:{}:{}: ", p.file, p.line, p.column));
+            let place =
+                problem.place.as_ref().map_or_else(String::new, |p| format!("{}:{}:{}: ", p.file, p.line, p.column));
             super::print(&format!("openjd_fail: {place}{}\n", problem.message.replace('\n', " ")));
         }
     }

@@ -14,7 +14,8 @@ use crate::farm::frame_list;
 use crate::farm::status::{self, FolderStatus, WorkerStatus};
 
 #[derive(clap::Args)]
-#[command(after_help = "It reads the folder's manifest and what workers (`anim render --claims`) leave in .anim-claims, and nothing else: no
+#[command(
+    after_help = "It reads the folder's manifest and what workers (`anim render --claims`) leave in .anim-claims, and nothing else: no
 script, no scene. `anim plan show.rhai --exit-code` is the stricter question, whether every frame is the one that the
 script makes now.
 
@@ -22,7 +23,8 @@ Examples:
   anim status frames/show                  once
   anim status frames/show --watch          again and again, until all is there
   anim status frames/show --json           for programs
-  anim status frames/show --verify --exit-code && anim film frames/show -o show.mp4")]
+  anim status frames/show --verify --exit-code && anim film frames/show -o show.mp4"
+)]
 pub struct StatusArguments {
     /// A folder of frames
     folder: PathBuf,
@@ -71,8 +73,11 @@ fn table(arguments: &StatusArguments, status: &FolderStatus) -> String {
         let _ = write!(text, "{input}, ");
     }
     let _ = write!(text, "{} of {wanted} frames done", done.len());
-    let counts = [(running.len(), "running"), (failed.len(), "failed"), (missing.len(), "missing"), (damaged.len(), "damaged")];
-    counts.into_iter().filter(|(n, _)| *n > 0).for_each(|(n, word)| drop(write!(text, ", {n} {word}")));
+    let counts =
+        [(running.len(), "running"), (failed.len(), "failed"), (missing.len(), "missing"), (damaged.len(), "damaged")];
+    for (n, word) in counts.into_iter().filter(|(n, _)| *n > 0) {
+        let _ = write!(text, ", {n} {word}");
+    }
     if let Some(seconds) = status.seconds_left {
         let _ = write!(text, "; about {} left", clock(seconds));
     }
@@ -113,9 +118,7 @@ fn json_line(arguments: &StatusArguments, status: &FolderStatus) -> String {
         })
     };
     let running = |(frame, worker): (&u32, &String)| json!({ "frame": frame, "worker": worker });
-    let failed = |failure: &status::FailedStatus| {
-        json!({ "frame": failure.frame, "worker": failure.worker, "why": failure.why })
-    };
+    let failed = |failure: &status::FailedStatus| json!({ "frame": failure.frame, "worker": failure.worker, "why": failure.why });
     let value = json!({
         "folder": arguments.folder.to_string_lossy(),
         "input": status.input,

@@ -176,7 +176,8 @@ impl Job {
     /// A line about what splitting does again, if it does.
     pub fn price_line(&self) -> Option<String> {
         let share = 100.0 * self.tasks.price / self.tasks.whole.max(f64::MIN_POSITIVE);
-        (share >= 0.5).then(|| format!("frames that share work are in different tasks: {share:.0} % of it is done again"))
+        (share >= 0.5)
+            .then(|| format!("frames that share work are in different tasks: {share:.0} % of it is done again"))
     }
 }
 
@@ -185,7 +186,8 @@ const MOST_LINES: usize = 200;
 
 /// A path that holds in every folder. What a trailing slash says is kept.
 pub fn absolute(path: &str) -> String {
-    let full = std::path::absolute(Path::new(path)).map_or_else(|_| path.to_string(), |p| p.to_string_lossy().into_owned());
+    let full =
+        std::path::absolute(Path::new(path)).map_or_else(|_| path.to_string(), |p| p.to_string_lossy().into_owned());
     let ends = path.ends_with(['/', '\\']) && !full.ends_with(['/', '\\']);
     if ends { format!("{full}/") } else { full }
 }

@@ -8,6 +8,7 @@
 //! - [`job`]: the frames of a shot in tasks, with what each needs
 //! - [`slurm`], [`openjd`], [`make`]: how it is written down; [`quote`]: so that it is read as it is meant
 //! - [`share`]: a worker that claims frames in a folder that several work on
+//! - [`tiles`]: one picture in parts
 //! - [`status`]: what a folder of frames has and lacks, from manifests and claims alone
 
 pub mod archive;
@@ -18,6 +19,7 @@ pub mod quote;
 pub mod share;
 pub mod slurm;
 pub mod status;
+pub mod tiles;
 
 use std::time::{SystemTime, UNIX_EPOCH};
 

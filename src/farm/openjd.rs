@@ -44,7 +44,11 @@ fn head(job: &Job, options: &OpenJdOptions) -> String {
         version = env!("CARGO_PKG_VERSION"),
     );
     if options.chunk_seconds.is_none() {
-        let _ = write!(text, "#\n# Task, share of the cost, frames (of the frames below, in {count} tasks):\n{}", job.task_lines("# "));
+        let _ = write!(
+            text,
+            "#\n# Task, share of the cost, frames (of the frames below, in {count} tasks):\n{}",
+            job.task_lines("# ")
+        );
         if let Some(line) = job.price_line() {
             let _ = writeln!(text, "# {line}.");
         }
@@ -62,7 +66,11 @@ fn head(job: &Job, options: &OpenJdOptions) -> String {
 fn parameters(job: &Job, options: &OpenJdOptions) -> String {
     let mut text = String::from("parameterDefinitions:\n");
     let mut add = |name: &str, kind: &str, more: &str, default: String, about: &str| {
-        let _ = writeln!(text, "- name: {name}\n  type: {kind}\n{more}  default: {default}\n  description: {}", yaml(about));
+        let _ = writeln!(
+            text,
+            "- name: {name}\n  type: {kind}\n{more}  default: {default}\n  description: {}",
+            yaml(about)
+        );
     };
     let file = "  objectType: FILE\n  dataFlow: IN\n";
     add("Input", "PATH", file, yaml(&job.input), "The script, scene or archive.");
@@ -106,7 +114,10 @@ fn embedded(options: &OpenJdOptions, script: &str) -> String {
         WorkerSystem::Windows => "run.ps1",
     };
     let body: String = script.lines().map(|line| format!("        {line}\n")).collect();
-    format!("    embeddedFiles:\n    - name: Run\n      type: TEXT\n      filename: {file}\n      data: |\n{}", body.replace("        \n", "\n"))
+    format!(
+        "    embeddedFiles:\n    - name: Run\n      type: TEXT\n      filename: {file}\n      data: |\n{}",
+        body.replace("        \n", "\n")
+    )
 }
 
 const COMMON_VALUES: [&str; 7] = [

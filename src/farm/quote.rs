@@ -56,7 +56,9 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn a_shell_reads_the_words_that_were_written() {
-        for word in ["plain", "", "two words", "it's", "$HOME `x` \\ \"q\"", "a\nb", "-D", "*?[a]", "~", "ü", "a;b|c&d>e"] {
+        for word in
+            ["plain", "", "two words", "it's", "$HOME `x` \\ \"q\"", "a\nb", "-D", "*?[a]", "~", "ü", "a;b|c&d>e"]
+        {
             let script = format!("printf %s {}", shell(word));
             let output = std::process::Command::new("sh").args(["-c", &script]).output().unwrap();
             assert_eq!(String::from_utf8_lossy(&output.stdout), word);

@@ -94,7 +94,12 @@ impl<'a> SharedWork<'a> {
     ///
     /// # Errors
     /// The frames go to no folder; it cannot be written to.
-    pub fn join(plan: &'a Plan, shot: &Shot, shard: Option<[u32; 2]>, lease: Lease) -> Result<SharedWork<'a>, Diagnostics> {
+    pub fn join(
+        plan: &'a Plan,
+        shot: &Shot,
+        shard: Option<[u32; 2]>,
+        lease: Lease,
+    ) -> Result<SharedWork<'a>, Diagnostics> {
         let Target::Pattern { before, digits, after } = &plan.target else {
             let message = "claims are for frames of a sequence in a folder, and this is one picture";
             return Err(Diagnostic::error(message).because(crate::base::diagnostics::Cause::Usage).into());
@@ -259,10 +264,12 @@ mod tests {
         let frames = [alone, alone, shares(1), shares(2), alone, shares(4)];
         assert_eq!(units(&frames, 0..6, 9.0), vec![0..1, 1..4, 4..6]);
         assert_eq!(units(&frames, 2..6, 9.0), vec![2..4, 4..6]);
-        let row: Vec<FrameCost> = (0..40).map(|i| if i == 0 { alone } else { FrameCost { shared: 0.9, ..shares(i - 1) } }).collect();
+        let row: Vec<FrameCost> =
+            (0..40).map(|i| if i == 0 { alone } else { FrameCost { shared: 0.9, ..shares(i - 1) } }).collect();
         assert_eq!(units(&row, 0..40, 9.2).len(), 4);
         // To begin again would cost more than others could save.
-        let row: Vec<FrameCost> = (0..40).map(|i| if i == 0 { alone } else { FrameCost { shared: 0.001, ..shares(i - 1) } }).collect();
+        let row: Vec<FrameCost> =
+            (0..40).map(|i| if i == 0 { alone } else { FrameCost { shared: 0.001, ..shares(i - 1) } }).collect();
         assert_eq!(units(&row, 0..40, 0.6), vec![0..40]);
     }
 }

@@ -60,7 +60,8 @@ fn head(job: &Job, options: &SlurmOptions) -> String {
     if let Some(line) = job.price_line() {
         let _ = writeln!(text, "# {line}.");
     }
-    let name: String = job.name.chars().map(|c| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '-' }).collect();
+    let name: String =
+        job.name.chars().map(|c| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '-' }).collect();
     let throttle = options.throttle.map_or(String::new(), |most| format!("%{most}"));
     let cores = options.cores.unwrap_or(job.tasks.cores);
     let memory = options.memory.clone().unwrap_or_else(|| format!("{}M", job.tasks.memory_bytes >> 20));
@@ -79,7 +80,9 @@ fn head(job: &Job, options: &SlurmOptions) -> String {
     lines.extend(["--signal=B:TERM@60".into(), "--requeue".into(), "--open-mode=append".into()]);
     lines.push("--output=anim-%A_%a.log".into());
     lines.extend(options.more.iter().cloned());
-    lines.iter().for_each(|line| drop(writeln!(text, "#SBATCH {line}")));
+    for line in lines {
+        let _ = writeln!(text, "#SBATCH {line}");
+    }
     text
 }
 
@@ -96,7 +99,9 @@ fn time_limit(minutes: f64) -> String {
 
 fn settings(job: &Job, options: &SlurmOptions) -> String {
     let mut text = String::from("\nset -u\n\n");
-    let mut line = |name: &str, value: &str, why: &str| drop(writeln!(text, "{name}={value}{why}"));
+    let mut line = |name: &str, value: &str, why: &str| {
+        let _ = writeln!(text, "{name}={value}{why}");
+    };
     line("anim", &shell(&job.anim), "");
     line("folder", &shell(&job.folder), "");
     line("out", &shell(&job.out), "");

@@ -142,7 +142,9 @@ fn add_workers(status: &mut FolderStatus, folder: &Path, records: &[WorkerRecord
             WorkerEvent::Failed { .. } | WorkerEvent::Beat { .. } | WorkerEvent::Ended { .. } => None,
         });
         let frames: Vec<u32> = frames.collect();
-        frames.iter().for_each(|frame| drop(makers.entry(*frame).or_default().insert(&header.worker)));
+        for frame in &frames {
+            makers.entry(*frame).or_default().insert(&header.worker);
+        }
         let mine = held.iter().filter(|(_, owner)| **owner == header.worker).map(|(frame, _)| *frame);
         let in_hand: Vec<u32> = if state == "working" || state == "silent" { mine.collect() } else { Vec::new() };
         status.running.extend(in_hand.iter().map(|frame| (*frame, header.worker.clone())));
@@ -249,7 +251,10 @@ mod tests {
         let seen = look(folder.path(), true);
         assert_eq!((seen.wanted, seen.is_known, seen.done.len()), (8, true, 3));
         assert_eq!(seen.running.keys().copied().collect::<Vec<_>>(), [5]);
-        assert_eq!((seen.failed[0].frame, &*seen.failed[0].why, &seen.missing[..]), (6, "no such mesh", &[3, 7, 8][..]));
+        assert_eq!(
+            (seen.failed[0].frame, &*seen.failed[0].why, &seen.missing[..]),
+            (6, "no such mesh", &[3, 7, 8][..])
+        );
         assert!(seen.workers[0].state == "working" && seen.seconds_left.unwrap() > 60.0);
         // A worker that was killed holds nothing any more, and a painted picture is none of ours.
         drop(worker);

@@ -63,10 +63,14 @@ pub fn farm() -> Vec<Block> {
             "anim render still.ron --tiles 1/4 -o part.1.exr      # and 2/4, 3/4, 4/4 elsewhere\nanim merge part.1.exr part.2.exr part.3.exr part.4.exr -o still.exr",
         ),
         heading("Questions"),
-        Block::Pair("different processors?".into(), "nothing to do: bytes are the same with AVX2, SSE2 or neither".into()),
+        Block::Pair(
+            "different processors?".into(),
+            "nothing to do: bytes are the same with AVX2, SSE2 or neither".into(),
+        ),
         Block::Pair(
             "different versions of anim?".into(),
-            "refused: jobs name their plan by its hash (--expect), and another version or an edit has another plan".into(),
+            "refused: jobs name their plan by its hash (--expect), and another version or an edit has another plan"
+                .into(),
         ),
         Block::Pair(
             "clocks that differ?".into(),
@@ -74,7 +78,8 @@ pub fn farm() -> Vec<Block> {
         ),
         Block::Pair(
             "frames that share work?".into(),
-            "they stay together where a cut costs more than it saves; anim plan --tasks N says what is done twice".into(),
+            "they stay together where a cut costs more than it saves; anim plan --tasks N says what is done twice"
+                .into(),
         ),
         Block::Pair("a node that dies?".into(), "whole frames stay; start the same command again for the rest".into()),
     ]
@@ -135,7 +140,9 @@ pub fn openjd() -> Vec<Block> {
              openjd show.anim.zip`.",
         ),
         heading("What the scheduler hears"),
-        answer("openjd_progress: 40.00\nopenjd_status: frame 12 is written\nopenjd_fail: show.rhai:3:5: unknown field `fow`"),
+        answer(
+            "openjd_progress: 40.00\nopenjd_status: frame 12 is written\nopenjd_fail: show.rhai:3:5: unknown field `fow`",
+        ),
         text(
             "A failure is told by the exit code, and by openjd_fail for people: the line alone counts as success. A wrong input \
              ends with 3 and would do so again: let the scheduler retry what ends with 4 or 5.",

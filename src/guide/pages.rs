@@ -45,12 +45,7 @@ pub const PAGES: &[Page] = &[
         blocks: many_machines::openjd,
     },
     Page { name: "make", title: "make and ninja", summary: "a rule for each task", blocks: many_machines::make },
-    Page {
-        name: "actions",
-        title: "GitHub Actions",
-        summary: "shards as a matrix",
-        blocks: many_machines::actions,
-    },
+    Page { name: "actions", title: "GitHub Actions", summary: "shards as a matrix", blocks: many_machines::actions },
     Page {
         name: "queues",
         title: "Other queues",

@@ -166,7 +166,8 @@ impl Claims {
         let header = WorkerHeader { worker, host, machine, pid, ..header };
         let path = folder.join(format!("{}{RECORD}", header.worker));
         let record = OpenOptions::new().append(true).create_new(true).open(path).map_err(failed)?;
-        let claims = Claims { folder, header, lease, record, alive, watched: FxHashMap::default(), mine: BTreeMap::new() };
+        let claims =
+            Claims { folder, header, lease, record, alive, watched: FxHashMap::default(), mine: BTreeMap::new() };
         claims.append(&claims.header).map_err(failed)?;
         claims.forget_other_plans();
         Ok(claims)

@@ -41,6 +41,8 @@ pub struct PlannedFrame {
     pub reuse: PlannedReuse,
     /// What is found under its name.
     pub state: FileState,
+    /// The hash of the whole frame, if this is a tile of one.
+    pub whole: Option<Digest>,
 }
 
 /// Where the work for a frame is from, as far as a plan can tell.
@@ -155,6 +157,7 @@ pub fn make_until(shot: &mut Shot, wanted: &[u32], target: Target, cancel: &Atom
             twin: None,
             reuse: PlannedReuse::None,
             state: FileState::Missing,
+            whole: None,
         });
     }
     find_shared_work(&mut frames);

@@ -18,7 +18,7 @@ use crate::base::{files, limits};
 use crate::components::Render;
 use crate::film::Film;
 use crate::output::manifest::Manifest;
-use crate::output::{self, FileState, Format, Metadata, Provenance, WriteFailure, frame_metadata};
+use crate::output::{self, FileState, Format, Metadata, Provenance, WriteFailure, frame_metadata, with_whole};
 use crate::systems::{self, FrameStats, PartialFrame};
 
 /// What happens while a shot is rendered.
@@ -101,6 +101,8 @@ pub type FailedFrame = (u32, Diagnostics);
 /// A rendered picture on its way to the files of all frames that show it.
 struct RenderedFrame {
     frames: Vec<(Provenance, PathBuf)>,
+    /// The hash of the whole frame, of a tile.
+    whole: Option<Digest>,
     film: Film,
     render: Render,
     stats: FrameStats,
@@ -287,6 +289,7 @@ fn render_frame(
     let start = Instant::now();
     let planned = run[index][0];
     let frames = run[index].iter().map(|planned| (planned.provenance(&shot.source), planned.file.clone())).collect();
+    let whole_frame = planned.whole;
     let fingerprint = planned.fingerprint.as_ref().map_err(Clone::clone)?;
     let mix = planned.light_mix.as_deref();
     let factors = mix.map(|mix| mix.factors(&shot.input.base, fingerprint)).unwrap_or_default();
@@ -294,7 +297,7 @@ fn render_frame(
     if let Some((mix, (film, render, stats))) = mixed {
         check_assets(shot)?;
         let render = mix.settings(&shot.input.base, fingerprint, &render);
-        return Ok(Some(RenderedFrame { frames, film, render, stats, start }));
+        return Ok(Some(RenderedFrame { frames, whole: whole_frame, film, render, stats, start }));
     }
     let mut partial = PartialFrame::default();
     if let Some(mix) = mix {
@@ -324,7 +327,7 @@ fn render_frame(
     if let Some(mix) = mix {
         reuse_cache.keep_light_groups(mix, films, &render, stats.seed, &run[index + 1..]);
     }
-    Ok(Some(RenderedFrame { frames, film, render, stats, start }))
+    Ok(Some(RenderedFrame { frames, whole: whole_frame, film, render, stats, start }))
 }
 
 fn check_assets(shot: &Shot) -> Result<(), Diagnostics> {
@@ -340,10 +343,10 @@ fn write_all(
     failed: &AtomicBool,
 ) -> Result<Vec<FailedFrame>, Diagnostic> {
     let mut unwritten = Vec::new();
-    for RenderedFrame { frames, film, render, stats, start } in pictures {
+    for RenderedFrame { frames, whole, film, render, stats, start } in pictures {
         let mut reused = FrameSource::None;
         for (provenance, file) in frames {
-            let metadata = frame_metadata(&provenance, stats.seed, &render);
+            let metadata = with_whole(frame_metadata(&provenance, stats.seed, &render), whole);
             let written = encode(&film, &render, &metadata, &file)
                 .map_err(|problem| WriteFailure { problem: problem.into(), is_general: false })
                 .and_then(|bytes| write(manifest, &provenance, &file, &bytes));

@@ -134,7 +134,10 @@ fn a_plan_tells_tasks_what_is_left_and_what_splitting_costs() {
         sandbox.anim(arguments).ok().stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     };
     let tasks = lines("plan p/a.rhai -o out --json --tasks 5");
-    assert_eq!((tasks.len(), &tasks[0]["tasks"], &tasks[0]["frames"], &tasks[0]["left"]), (6, &5.into(), &12.into(), &12.into()));
+    assert_eq!(
+        (tasks.len(), &tasks[0]["tasks"], &tasks[0]["frames"], &tasks[0]["left"]),
+        (6, &5.into(), &12.into(), &12.into())
+    );
     let numbers: u64 = tasks[1..].iter().map(|task| task["count"].as_u64().unwrap()).sum();
     assert_eq!((numbers, &tasks[1]["first"], &tasks[5]["last"]), (12, &1.into(), &12.into()));
     assert!(tasks[0]["memory_bytes"].as_u64().unwrap() >= 256 << 20 && tasks[0]["cores"].as_u64().unwrap() >= 1);
@@ -177,14 +180,21 @@ fn workers_on_one_folder_render_every_frame_once_though_they_are_killed() {
         let mut workers = [start("--shard 1/2"), start("--shard 2/2"), start("--frames 5-36")];
         std::thread::sleep(Duration::from_millis(150 + 60 * round));
         workers[round as usize].kill().unwrap();
-        workers.iter_mut().for_each(|worker| drop(worker.wait().unwrap()));
+        for worker in &mut workers {
+            worker.wait().unwrap();
+        }
     }
     sandbox.anim("p/a.rhai -o out --claims").ok();
     for frame in 1..=36 {
         assert_eq!(sandbox.read(&format!("out/a.{frame:04}.png")), sandbox.read(&format!("plain/a.{frame:04}.png")));
     }
-    let status: serde_json::Value = serde_json::from_str(&sandbox.anim("status out --json --verify --exit-code").ok().stdout).unwrap();
-    assert_eq!((&status["done"], &status["twice"], &status["missing"]), (&36.into(), &"".into(), &"".into()), "{status}");
+    let status: serde_json::Value =
+        serde_json::from_str(&sandbox.anim("status out --json --verify --exit-code").ok().stdout).unwrap();
+    assert_eq!(
+        (&status["done"], &status["twice"], &status["missing"]),
+        (&36.into(), &"".into(), &"".into()),
+        "{status}"
+    );
     let claims = sandbox.files().into_iter().filter(|file| file.contains(".anim-claims/0"));
     assert_eq!(claims.collect::<Vec<_>>(), Vec::<String>::new());
     sandbox.anim("p/a.rhai -o out --claims --force").fails(2, &["--force"]);
@@ -216,7 +226,9 @@ fn a_job_script_is_a_shell_script_whatever_is_in_its_paths() {
     assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stderr));
     // Its words reach the program as they were: the check of an empty folder names every frame.
     let script = sandbox.path("a.slurm.sh");
-    let run = |arguments: &[&str]| Command::new("bash").arg(&script).args(arguments).env("SLURM_ARRAY_TASK_ID", "2").output().unwrap();
+    let run = |arguments: &[&str]| {
+        Command::new("bash").arg(&script).args(arguments).env("SLURM_ARRAY_TASK_ID", "2").output().unwrap()
+    };
     let said = String::from_utf8_lossy(&run(&["check"]).stdout).into_owned();
     assert!(said.contains("missing: 1-12"), "{said}");
     // A task outside of a cluster is one all the same.
@@ -238,7 +250,8 @@ fn templates_and_rules_name_every_frame_once() {
     let ninja = sandbox.anim("farm make p/a.rhai --tasks 4 -o out/ --to build.ninja").ok();
     assert!(ninja.stdout.contains("ninja -f build.ninja"));
     let rules = String::from_utf8(sandbox.read("build.ninja")).unwrap();
-    let outputs: usize = rules.lines().filter(|line| line.contains(": render |")).map(|line| line.matches(".png").count()).sum();
+    let outputs: usize =
+        rules.lines().filter(|line| line.contains(": render |")).map(|line| line.matches(".png").count()).sum();
     // A texture is an input of all of them.
     assert_eq!(outputs, 12 + 4, "{rules}");
     let make = sandbox.anim("farm make p/a.rhai --minutes-per-task 900 --to -").ok().stdout;
@@ -249,9 +262,37 @@ fn templates_and_rules_name_every_frame_once() {
 fn open_job_description_hears_how_far_it_is_and_what_failed() {
     let sandbox = project();
     let run = sandbox.anim("p/a.rhai -o out --frames 1-4 --progress openjd").ok();
-    assert!(run.stdout.contains("openjd_progress: 25.00\n") && run.stdout.contains("openjd_progress: 100.00\n"), "{}", run.stdout);
+    assert!(
+        run.stdout.contains("openjd_progress: 25.00\n") && run.stdout.contains("openjd_progress: 100.00\n"),
+        "{}",
+        run.stdout
+    );
     assert!(run.stdout.contains("openjd_status: frame "));
     sandbox.write("p/a.rhai", "animation(#{ frames: 2 });\nfn frame(s, f) { s.camera.fow = 3; }");
     let run = sandbox.anim("p/a.rhai -o out --progress openjd");
     assert!(run.code == 3 && run.stdout.starts_with("openjd_fail: "), "{}", run.stdout);
+}
+
+#[test]
+fn tiles_are_merged_to_the_bytes_of_the_whole() {
+    let sandbox = project();
+    sandbox.write("p/still.ron", SCENE.replace("(24, 16)", "(70, 40)"));
+    for (name, more) in [("plain", ""), ("layers", "--denoise --aovs depth,entity --depth 32")] {
+        sandbox.anim(&format!("p/still.ron -o {name}.exr {more}")).ok();
+        for i in 1..=4 {
+            sandbox.anim(&format!("p/still.ron --tiles {i}/4 -o {name}.{i}.exr {more}")).ok();
+        }
+        let parts = |numbers: &[u32]| numbers.iter().map(|i| format!("{name}.{i}.exr ")).collect::<String>();
+        sandbox.anim(&format!("merge {} -o merged.exr", parts(&[3, 1, 4, 2]))).ok();
+        assert!(sandbox.read("merged.exr") == sandbox.read(&format!("{name}.exr")), "{name}");
+        sandbox.anim(&format!("merge {} -o no.exr", parts(&[1, 2, 4]))).fails(3, &["a part is missing"]);
+        sandbox.anim(&format!("merge {} -o no.exr", parts(&[1, 2, 2, 3, 4]))).fails(3, &["lie over each other"]);
+    }
+    sandbox.anim("merge plain.1.exr layers.2.exr -o no.exr").fails(3, &["parts of different frames"]);
+    sandbox.anim("p/still.ron --tiles 1/4 -o a.png").fails(2, &["EXR"]);
+    sandbox.anim("p/still.ron --tiles 5/4 -o a.exr").fails(2, &["numbered from 1 to 4"]);
+    sandbox.anim("p/still.ron --tiles 1/400 -o a.exr").fails(2, &["squares"]);
+    sandbox.anim("p/still.ron --region 0,0,70,40 -o region.exr").ok();
+    assert!(sandbox.anim("merge region.exr -o whole.exr").ok().stderr.contains("does not say which frame"));
+    assert!(!sandbox.exists("no.exr"));
 }

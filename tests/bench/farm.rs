@@ -10,8 +10,8 @@
 //! - `array x8`: eight parts for each, taken in their order
 //! - `claims`: parts as before, and who is done takes unclaimed units of others (`anim render --shard I/N --claims`)
 
-use std::collections::BinaryHeap;
 use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::ops::Range;
 use std::time::Instant;
 
@@ -106,20 +106,25 @@ fn main() {
     let (costs, seconds) = frames();
     let work: f64 = seconds.iter().sum();
     let longest = seconds.iter().copied().fold(0.0, f64::max);
-    println!("{FRAMES} frames, {:.0} s each on average, {longest:.0} s the longest; medians of {RUNS} runs, worst in brackets", work / FRAMES as f64);
+    println!(
+        "{FRAMES} frames, {:.0} s each on average, {longest:.0} s the longest; medians of {RUNS} runs, worst in brackets",
+        work / FRAMES as f64
+    );
     println!("workers  ideal      array             array x8          claims            planner");
     for workers in [100usize, 1_000] {
         let start = Instant::now();
         let parts = split(&costs, workers);
         let small = split(&costs, (8 * workers).min(FRAMES));
         let most = parts.whole / (workers * 16) as f64;
-        let of_parts: Vec<Vec<Range<usize>>> = parts.ranges.iter().map(|part| units(&costs, part.clone(), most)).collect();
+        let of_parts: Vec<Vec<Range<usize>>> =
+            parts.ranges.iter().map(|part| units(&costs, part.clone(), most)).collect();
         let planned = start.elapsed();
         let mut ratios: [Vec<f64>; 3] = Default::default();
         let mut ideals = Vec::new();
         for seed in 0..RUNS {
             let mut dice = Dice(seed * 1_000 + workers as u64);
-            let speeds: Vec<f64> = (0..workers).map(|_| if dice.next() < SLOW { 1.0 / SLOWNESS } else { 1.0 }).collect();
+            let speeds: Vec<f64> =
+                (0..workers).map(|_| if dice.next() < SLOW { 1.0 / SLOWNESS } else { 1.0 }).collect();
             let ideal = (work / speeds.iter().sum::<f64>()).max(longest);
             ideals.push(ideal);
             let mut own: Vec<Option<Range<usize>>> = parts.ranges.iter().cloned().map(Some).collect();

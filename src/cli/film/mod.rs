@@ -103,6 +103,9 @@ pub fn render(rendering: &RenderArguments, options: &FilmOptionArguments) -> Res
     if rendering.wanted.shard.is_some() {
         return Err(usage("--shard: a film needs all of its frames; render the parts, then film their folder"));
     }
+    if rendering.is_tile() {
+        return Err(usage("--tiles: a film is made of whole frames"));
+    }
     if rendering.claims {
         return Err(usage("--claims: a film needs all of its frames; render them together, then film their folder"));
     }

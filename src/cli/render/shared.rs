@@ -9,9 +9,9 @@ use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::farm::share::SharedWork;
 use crate::output::FileState;
 use crate::output::claims::Lease;
+use crate::shot::Shot;
 use crate::shot::plan::{self, Plan};
 use crate::shot::run::{self, Event, ReusePolicy};
-use crate::shot::Shot;
 
 /// Renders frames of a whole plan that nobody else renders.
 pub fn render(
