@@ -11,7 +11,7 @@ use crate::base::clock;
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::limits;
 use crate::farm::archive::is_archive;
-use crate::farm::job::{Job, TaskPlan, absolute};
+use crate::farm::job::{FarmJob, TaskPlan, absolute};
 use crate::farm::openjd::{self, OpenJdOptions, WorkerSystem};
 use crate::farm::slurm::{self, SlurmOptions};
 use crate::farm::{frame_list, make};
@@ -203,7 +203,7 @@ pub fn run(arguments: &FarmArguments) -> Result<Exit, Diagnostics> {
 }
 
 /// Writes a job where it is wanted; says where.
-fn written(arguments: &JobArguments, job: &Job, ending: &str, text: &str) -> Result<PathBuf, Diagnostics> {
+fn written(arguments: &JobArguments, job: &FarmJob, ending: &str, text: &str) -> Result<PathBuf, Diagnostics> {
     let to = arguments.to.clone().unwrap_or_else(|| format!("{}.{ending}", job.name).into());
     if to == Path::new("-") {
         print(text);
@@ -213,7 +213,7 @@ fn written(arguments: &JobArguments, job: &Job, ending: &str, text: &str) -> Res
     Ok(to)
 }
 
-fn told(to: &Path, job: &Job, next: &str) -> Result<Exit, Diagnostics> {
+fn told(to: &Path, job: &FarmJob, next: &str) -> Result<Exit, Diagnostics> {
     if to == Path::new("-") {
         return Ok(Exit::Done);
     }
@@ -226,7 +226,7 @@ fn told(to: &Path, job: &Job, next: &str) -> Result<Exit, Diagnostics> {
     Ok(Exit::Done)
 }
 
-fn check_slurm(job: &Job, options: &SlurmOptions) -> Result<(), Diagnostics> {
+fn check_slurm(job: &FarmJob, options: &SlurmOptions) -> Result<(), Diagnostics> {
     let words = [&options.partition, &options.account, &options.memory, &options.time];
     let words = words.into_iter().flatten().chain(&options.more);
     if let Some(wrong) = words.into_iter().find(|word| word.contains(['\n', '\r'])) {
@@ -246,7 +246,7 @@ fn check_slurm(job: &Job, options: &SlurmOptions) -> Result<(), Diagnostics> {
 }
 
 /// Templates name frames by ranges that ascend, and their outputs by a folder.
-fn check_openjd(job: &Job) -> Result<(), Diagnostics> {
+fn check_openjd(job: &FarmJob) -> Result<(), Diagnostics> {
     let numbers: Vec<u32> = job.tasks.tasks.iter().flat_map(|task| task.frames.iter().copied()).collect();
     if !numbers.is_sorted() {
         return Err(usage("--frames: schedulers sort frames, so give them in their order"));
@@ -261,7 +261,7 @@ fn check_openjd(job: &Job) -> Result<(), Diagnostics> {
 }
 
 /// The job of an input.
-fn job(arguments: &JobArguments) -> Result<Job, Diagnostics> {
+fn job(arguments: &JobArguments) -> Result<FarmJob, Diagnostics> {
     let wanted = &arguments.wanted;
     if wanted.shard.is_some() {
         return Err(usage("--shard: a job makes the parts itself, by --tasks"));
@@ -291,7 +291,7 @@ fn job(arguments: &JobArguments) -> Result<Job, Diagnostics> {
         .iter()
         .map(|task| task.frames.iter().map(|frame| absolute(&plan.target.path(*frame).to_string_lossy())).collect());
     let this = std::env::current_exe().map(|path| path.to_string_lossy().into_owned());
-    Ok(Job {
+    Ok(FarmJob {
         name: shot.name.clone(),
         anim: arguments.anim.clone().unwrap_or_else(|| this.unwrap_or_else(|_| "anim".into())),
         input: absolute(&wanted.input.input.to_string_lossy()),

@@ -274,15 +274,15 @@ pub fn write(shot: &Shot, parameters: &[(String, String)], out: &Path) -> Result
 }
 
 /// Where contents are read from.
-enum Source {
+enum PackSource {
     Zip(Box<ZipArchive<FileReader>>, BTreeMap<String, (ZipArchiveEntryWayfinder, CompressionMethod)>),
     Folder(PathBuf),
 }
 
-impl Source {
-    fn open(path: &Path) -> Result<Source, Diagnostic> {
+impl PackSource {
+    fn open(path: &Path) -> Result<PackSource, Diagnostic> {
         if path.is_dir() {
-            return Ok(Source::Folder(path.to_path_buf()));
+            return Ok(PackSource::Folder(path.to_path_buf()));
         }
         if !path.is_file() {
             // It says what is missing, and what is no file, as of every other input.
@@ -303,21 +303,24 @@ impl Source {
                 return Err(Diagnostic::error(message));
             }
         }
-        Ok(Source::Zip(Box::new(archive), entries))
+        Ok(PackSource::Zip(Box::new(archive), entries))
     }
 
     /// The bytes under a name, at most so many; one more says that there are more.
     fn read(&self, name: &str, cap: u64) -> Result<Vec<u8>, String> {
         let mut bytes = Vec::new();
         match self {
-            Source::Folder(folder) => {
+            PackSource::Folder(folder) => {
                 let path = folder.join(name);
                 if path.is_symlink() {
                     return Err("it is a link".into());
                 }
+                if std::fs::metadata(&path).is_ok_and(|known| known.len() > cap) {
+                    return Err("its content is not the one that was packed".into());
+                }
                 bytes = files::read_bytes(&path, cap).map_err(|problem| problem.message)?;
             }
-            Source::Zip(archive, entries) => {
+            PackSource::Zip(archive, entries) => {
                 let (at, method) = entries.get(name).ok_or("it is missing")?;
                 let entry = archive.get_entry(*at).map_err(|e| e.to_string())?;
                 let taken = match *method {
@@ -339,7 +342,7 @@ impl Source {
 /// # Errors
 /// What of it is missing, damaged, too large, or leads out of the folder, each by name.
 pub fn unpack(path: &Path) -> Result<UnpackedArchive, Diagnostic> {
-    let source = Source::open(path)?;
+    let source = PackSource::open(path)?;
     let wrong = |what: String| Diagnostic::error(format!("{}: {what}", path.display()));
     let text = source.read(MANIFEST, limits::ARCHIVE_MANIFEST_BYTES).map_err(|why| {
         let help = "archives of shots are written by `anim pack`";

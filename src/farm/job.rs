@@ -113,7 +113,7 @@ pub fn peak_bytes() -> Option<u64> {
 
 /// What is written down for a scheduler.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Job {
+pub struct FarmJob {
     /// Name of the shot.
     pub name: String,
     /// The program on the machines that render.
@@ -144,7 +144,7 @@ pub struct Job {
     pub sheet: Option<String>,
 }
 
-impl Job {
+impl FarmJob {
     /// Words that name the plan: the input, its settings and frames, and where they go.
     pub fn plan_words(&self) -> Vec<String> {
         let mut words = vec![self.input.clone()];

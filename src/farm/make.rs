@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use super::job::{Job, Task};
+use super::job::{FarmJob, Task};
 use super::quote::{make_recipe, ninja, ninja_path, shell, shell_words};
 
 /// The words that render one task.
-fn words(job: &Job, task: &Task) -> Vec<String> {
+fn words(job: &FarmJob, task: &Task) -> Vec<String> {
     let mut words = vec!["render".to_string()];
     words.extend(job.plan_words());
     let count = job.tasks.tasks.len();
@@ -14,7 +14,7 @@ fn words(job: &Job, task: &Task) -> Vec<String> {
     words
 }
 
-fn head(job: &Job) -> String {
+fn head(job: &FarmJob) -> String {
     let count = job.tasks.tasks.len();
     let mut text = format!(
         "# {}: its frames in {count} tasks of about the same cost. Written by anim {}.\n#\n",
@@ -31,7 +31,7 @@ fn head(job: &Job) -> String {
 ///
 /// Tasks are phony: whether a frame is what it should be is known by its hash, which time stamps do not tell. A task
 /// with nothing to do takes as long as the evaluation of the script.
-pub fn makefile(job: &Job) -> String {
+pub fn makefile(job: &FarmJob) -> String {
     let mut text = head(job);
     text += "#   make -j4                    four tasks at once, each on THREADS threads\n\
              #   make -j2 THREADS=8 ANIM='ssh node anim'\n\
@@ -55,14 +55,14 @@ pub fn makefile(job: &Job) -> String {
     text
 }
 
-fn film_words(job: &Job, film: &str) -> Vec<String> {
+fn film_words(job: &FarmJob, film: &str) -> Vec<String> {
     let mut words = vec!["film".to_string()];
     words.extend(job.plan_words());
     words.extend(["--frames-in".into(), job.out.clone(), "-o".into(), film.to_string()]);
     words
 }
 
-fn check_words(job: &Job) -> Vec<String> {
+fn check_words(job: &FarmJob) -> Vec<String> {
     let mut words = vec!["plan".to_string()];
     words.extend(job.plan_words());
     words.extend(["-o".into(), job.out.clone(), "--exit-code".into()]);
@@ -73,7 +73,7 @@ fn check_words(job: &Job) -> Vec<String> {
 ///
 /// Frames are outputs and the files of the shot inputs, so that ninja starts what an edit may concern; anim then keeps
 /// what it does not, and ninja sees that (`restat`).
-pub fn ninja_file(job: &Job) -> String {
+pub fn ninja_file(job: &FarmJob) -> String {
     let mut text = head(job);
     text += "#   ninja -f THIS -j4           four tasks at once, each on one thread\n\
              #   ninja -f THIS check         says what is missing\n\n\

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::job::Job;
+use super::job::FarmJob;
 use super::quote::{power_shell, shell_words, yaml};
 
 /// Which machines a template is for.
@@ -24,7 +24,7 @@ pub struct OpenJdOptions {
 }
 
 /// The template, as YAML.
-pub fn template(job: &Job, options: &OpenJdOptions) -> String {
+pub fn template(job: &FarmJob, options: &OpenJdOptions) -> String {
     let mut text = head(job, options);
     text += &parameters(job, options);
     text += "steps:\n";
@@ -33,7 +33,7 @@ pub fn template(job: &Job, options: &OpenJdOptions) -> String {
     text
 }
 
-fn head(job: &Job, options: &OpenJdOptions) -> String {
+fn head(job: &FarmJob, options: &OpenJdOptions) -> String {
     let count = job.tasks.tasks.len();
     let mut text = format!(
         "# {name}: a job template of Open Job Description. Written by anim {version}.\n#\n\
@@ -63,7 +63,7 @@ fn head(job: &Job, options: &OpenJdOptions) -> String {
 }
 
 /// Paths are absolute: a relative default would be read from the template's folder, a relative `-p` from the shell's.
-fn parameters(job: &Job, options: &OpenJdOptions) -> String {
+fn parameters(job: &FarmJob, options: &OpenJdOptions) -> String {
     let mut text = String::from("parameterDefinitions:\n");
     let mut add = |name: &str, kind: &str, more: &str, default: String, about: &str| {
         let _ = writeln!(
@@ -130,7 +130,7 @@ const COMMON_VALUES: [&str; 7] = [
     "{{Param.Samples}}",
 ];
 
-fn render_step(job: &Job, options: &OpenJdOptions) -> String {
+fn render_step(job: &FarmJob, options: &OpenJdOptions) -> String {
     let mut text = String::from("- name: Render\n  hostRequirements:\n");
     let family = match options.system {
         WorkerSystem::Linux => "linux",
@@ -168,7 +168,7 @@ fn render_step(job: &Job, options: &OpenJdOptions) -> String {
     text
 }
 
-fn check_step(job: &Job, options: &OpenJdOptions) -> String {
+fn check_step(job: &FarmJob, options: &OpenJdOptions) -> String {
     let mut text = String::from("- name: Check\n  dependencies:\n  - dependsOn: Render\n  script:\n");
     text += &embedded(options, &check_script(job, options));
     text.push_str(&action(options, &COMMON_VALUES));
@@ -176,7 +176,7 @@ fn check_step(job: &Job, options: &OpenJdOptions) -> String {
 }
 
 /// What both scripts begin with: the shot with its settings.
-fn shot_lines(job: &Job, options: &OpenJdOptions) -> String {
+fn shot_lines(job: &FarmJob, options: &OpenJdOptions) -> String {
     match options.system {
         WorkerSystem::Linux => format!(
             "set -u\nanim=$1 input=$2 output=$3 frames=${{4//:/x}} width=$5 height=$6 samples=$7\n\
@@ -200,7 +200,7 @@ fn shot_lines(job: &Job, options: &OpenJdOptions) -> String {
 }
 
 /// The output is a folder, whatever it is called.
-fn render_script(job: &Job, options: &OpenJdOptions) -> String {
+fn render_script(job: &FarmJob, options: &OpenJdOptions) -> String {
     let shot = shot_lines(job, options);
     let is_chunked = options.chunk_seconds.is_some();
     match options.system {
@@ -231,7 +231,7 @@ fn render_script(job: &Job, options: &OpenJdOptions) -> String {
     }
 }
 
-fn check_script(job: &Job, options: &OpenJdOptions) -> String {
+fn check_script(job: &FarmJob, options: &OpenJdOptions) -> String {
     let shot = shot_lines(job, options);
     match options.system {
         WorkerSystem::Linux => format!(

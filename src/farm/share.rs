@@ -33,7 +33,7 @@ const POLL: Duration = Duration::from_millis(250);
 
 /// What is known of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Progress {
+enum FrameProgress {
     /// Nobody has finished it, as far as is known.
     Open,
     /// This worker has it in hand.
@@ -46,7 +46,7 @@ enum Progress {
 /// What threads of a worker know together.
 struct SharedState {
     claims: Claims,
-    progress: Vec<Progress>,
+    progress: Vec<FrameProgress>,
     /// Places in the plan by frame number.
     places: FxHashMap<u32, usize>,
     costs: Vec<f64>,
@@ -126,9 +126,9 @@ impl<'a> SharedWork<'a> {
             ..WorkerHeader::default()
         };
         let progress = plan.frames.iter().map(|planned| match (&planned.fingerprint, planned.state) {
-            (Err(_), _) => Progress::Failed,
-            (Ok(_), FileState::Done) => Progress::Done,
-            (Ok(_), _) => Progress::Open,
+            (Err(_), _) => FrameProgress::Failed,
+            (Ok(_), FileState::Done) => FrameProgress::Done,
+            (Ok(_), _) => FrameProgress::Open,
         });
         let state = SharedState {
             claims: Claims::join(&folder, header, lease)?,
@@ -155,7 +155,7 @@ impl<'a> SharedWork<'a> {
                     return Ok(Some(batch));
                 }
             }
-            let is_open = |place: usize, state: &SharedState| matches!(state.progress[place], Progress::Open);
+            let is_open = |place: usize, state: &SharedState| matches!(state.progress[place], FrameProgress::Open);
             let state = self.lock();
             if !self.own.clone().any(|place| is_open(place, &state)) {
                 return Ok(None);
@@ -171,24 +171,25 @@ impl<'a> SharedWork<'a> {
         let mut state = self.lock();
         let mut frames = Vec::new();
         let mut done = Vec::new();
-        for place in unit.filter(|place| state.progress[*place] == Progress::Open).collect::<Vec<_>>() {
+        for place in unit.filter(|place| state.progress[*place] == FrameProgress::Open).collect::<Vec<_>>() {
             let planned = &self.plan.frames[place];
             let twin = planned.twin.and_then(|frame| state.places.get(&frame).copied());
             let twin_state = twin.map(|twin| state.progress[twin]);
             let is_with_us = |twin: usize| frames.iter().any(|(taken, _)| *taken == twin);
-            let waits = matches!(twin_state, Some(Progress::Open | Progress::InHand)) && !twin.is_some_and(is_with_us);
+            let waits = matches!(twin_state, Some(FrameProgress::Open | FrameProgress::InHand))
+                && !twin.is_some_and(is_with_us);
             if waits || state.claims.take(planned.frame)? != Claim::Taken {
                 continue;
             }
             // Only who holds it knows what is there: others may have finished it a moment ago.
             let found = self.plan.state_of(place, &self.source);
             if found == FileState::Done {
-                state.progress[place] = Progress::Done;
+                state.progress[place] = FrameProgress::Done;
                 state.claims.release(planned.frame);
                 continue;
             }
-            state.progress[place] = Progress::InHand;
-            if let Some(twin) = twin.filter(|_| twin_state == Some(Progress::Done)) {
+            state.progress[place] = FrameProgress::InHand;
+            if let Some(twin) = twin.filter(|_| twin_state == Some(FrameProgress::Done)) {
                 done.push((planned.hash, self.plan.frames[twin].file.clone()));
             }
             let mut planned = planned.clone();
@@ -209,12 +210,12 @@ impl<'a> SharedWork<'a> {
                 let cost = state.places.get(&report.frame).map_or(0.0, |place| state.costs[*place]);
                 let cost = if report.reused == FrameSource::None { cost } else { 0.0 };
                 let (frame, seconds) = (report.frame, report.total_seconds);
-                (frame, Progress::Done, WorkerEvent::Done { frame, at: now(), seconds, cost })
+                (frame, FrameProgress::Done, WorkerEvent::Done { frame, at: now(), seconds, cost })
             }
             Event::Failed(failed) => {
                 let (frame, problems) = &**failed;
                 let why = problems.0.first().map_or_else(String::new, |problem| problem.message.clone());
-                (*frame, Progress::Failed, WorkerEvent::Failed { frame: *frame, at: now(), why })
+                (*frame, FrameProgress::Failed, WorkerEvent::Failed { frame: *frame, at: now(), why })
             }
         };
         if let Some(place) = state.places.get(&frame).copied() {
@@ -240,14 +241,14 @@ impl<'a> SharedWork<'a> {
     /// Frames of this worker's own part that are there.
     pub fn own_done(&self) -> usize {
         let state = self.lock();
-        self.own.clone().filter(|place| state.progress[*place] == Progress::Done).count()
+        self.own.clone().filter(|place| state.progress[*place] == FrameProgress::Done).count()
     }
 
     /// Leaves the others: `how` it ended is `done`, `failed` or `interrupted`.
     pub fn leave(self, how: &str) {
         let mut state = self.state.into_inner().unwrap_or_else(PoisonError::into_inner);
         let SharedState { claims, progress, places, .. } = &mut state;
-        let is_done = |frame: u32| places.get(&frame).is_some_and(|place| progress[*place] == Progress::Done);
+        let is_done = |frame: u32| places.get(&frame).is_some_and(|place| progress[*place] == FrameProgress::Done);
         claims.tidy(&is_done);
         claims.end(now(), how);
     }

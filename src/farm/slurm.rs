@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::job::Job;
+use super::job::FarmJob;
 use super::quote::{shell, shell_words};
 
 /// What is asked of Slurm.
@@ -28,7 +28,7 @@ pub struct SlurmOptions {
 }
 
 /// The script.
-pub fn script(job: &Job, options: &SlurmOptions) -> String {
+pub fn script(job: &FarmJob, options: &SlurmOptions) -> String {
     let mut text = head(job, options);
     text += &settings(job, options);
     text += COMMON;
@@ -39,7 +39,7 @@ pub fn script(job: &Job, options: &SlurmOptions) -> String {
     text
 }
 
-fn head(job: &Job, options: &SlurmOptions) -> String {
+fn head(job: &FarmJob, options: &SlurmOptions) -> String {
     let count = job.tasks.tasks.len();
     let total: usize = job.tasks.tasks.iter().map(|task| task.frames.len()).sum();
     let mut text = String::from("#!/bin/bash\n");
@@ -97,7 +97,7 @@ fn time_limit(minutes: f64) -> String {
     format!("{}:{:02}:00", whole / 60, whole % 60)
 }
 
-fn settings(job: &Job, options: &SlurmOptions) -> String {
+fn settings(job: &FarmJob, options: &SlurmOptions) -> String {
     let mut text = String::from("\nset -u\n\n");
     let mut line = |name: &str, value: &str, why: &str| {
         let _ = writeln!(text, "{name}={value}{why}");
@@ -205,7 +205,7 @@ requeue() {
 }
 "#;
 
-fn check(job: &Job) -> String {
+fn check(job: &FarmJob) -> String {
     let mut text = String::from(
         r#"
 # After the last task, whatever became of it: every frame by its hash.

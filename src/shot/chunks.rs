@@ -33,7 +33,9 @@ pub struct Chunks {
 impl Chunks {
     /// What is done again because frames that share work are in different parts.
     pub fn price(&self) -> f64 {
-        (self.costs.iter().sum::<f64>() - self.whole).max(0.0)
+        let price = self.costs.iter().sum::<f64>() - self.whole;
+        // Below that it is what sums in another order differ by.
+        if price > 1e-9 * self.whole { price } else { 0.0 }
     }
 
     /// What the dearest part costs.
@@ -125,13 +127,12 @@ fn ends(frames: &[FrameCost], bound: f64, may_cut: &[bool]) -> Vec<usize> {
     ends
 }
 
-/// How many parts hold all frames from every place on, if each costs at most `bound`; more than there are frames if none
-/// do.
+/// How many parts hold all frames from every place on, if they end where they may; more than anybody has if none do.
 fn parts_needed(ends: &[usize]) -> Vec<usize> {
     let count = ends.len();
     let mut needed = vec![0; count + 1];
     for start in (0..count).rev() {
-        needed[start] = if ends[start] > start { needed[ends[start]] + 1 } else { count + 1 };
+        needed[start] = if ends[start] > start { needed[ends[start]] + 1 } else { usize::MAX / 2 };
     }
     needed
 }
