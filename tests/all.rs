@@ -8,6 +8,8 @@ mod diff;
 mod errors;
 #[path = "all/exact.rs"]
 mod exact;
+#[path = "all/farm.rs"]
+mod farm;
 #[path = "all/film.rs"]
 mod film;
 #[path = "all/films.rs"]

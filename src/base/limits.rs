@@ -72,6 +72,19 @@ pub const DESCRIPTION_BYTES: usize = 8 << 10;
 pub const REPORT_BYTES: usize = 64 << 20;
 /// Exposures at which FLIP compares two pictures of linear light: twice the stops that a half can hold.
 pub const FLIP_EXPOSURES: u32 = 64;
+/// Files of an archive: fifty thousand frames of a simulation as meshes, and their textures.
+pub const ARCHIVE_FILES: usize = 65_536;
+/// All files of an archive, unpacked: what a node's temporary folder still holds.
+pub const ARCHIVE_BYTES: u64 = 64 << 30;
+/// What an archive says of itself: a quarter of a kilobyte for each of its files.
+pub const ARCHIVE_MANIFEST_BYTES: u64 = 32 << 20;
+/// Seconds between two signs of life of a worker that holds claims: a few bytes, on a file system that many share.
+pub const CLAIM_BEAT_SECONDS: u64 = 10;
+/// Seconds without a sign of life until a worker of another machine counts as gone: six signs lost in a row, or the
+/// longest that a shared file system keeps what it knows of a file.
+pub const CLAIM_PATIENCE_SECONDS: u64 = 60;
+/// How often a frame may be taken over from workers that are gone: whatever ends so many of them would end the next too.
+pub const CLAIM_TAKEOVERS: u32 = 100;
 /// Worker threads.
 pub const THREADS: usize = 1_024;
 

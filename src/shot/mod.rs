@@ -9,6 +9,7 @@
 
 pub mod advice;
 mod assets;
+pub mod chunks;
 mod description;
 mod files;
 pub mod fingerprint;
@@ -91,6 +92,8 @@ pub struct OpenOptions {
     pub access: Access,
     /// Where the script is evaluated.
     pub evaluation: Evaluation,
+    /// A temporary folder that the input lies in, which is there for as long as the shot is open.
+    pub unpacked: Option<Arc<tempfile::TempDir>>,
 }
 
 /// An input that is open: a script with its scene, or a scene alone.
@@ -104,6 +107,8 @@ pub struct Shot {
     input: Input,
     path: PathBuf,
     project: Arc<Project>,
+    /// Removed when the shot is closed: it is the last field, so that whoever reads files there is gone by then.
+    _unpacked: Option<Arc<tempfile::TempDir>>,
 }
 
 /// What frames are made from, whatever World they are made in.
@@ -137,7 +142,7 @@ pub fn open(
 /// # Errors
 /// Every mistake in the input, each with its place.
 pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostics), Diagnostics> {
-    let OpenOptions { defines, strict, overrides, access, evaluation } = options;
+    let OpenOptions { defines, strict, overrides, access, evaluation, unpacked: _unpacked } = options;
     let path = input.to_path_buf();
     let project = Project::of(input, &access)?;
     let name = input.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -156,7 +161,7 @@ pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostic
         let scene_file = Some((path.clone(), project.clone()));
         let (meshes, entities_as_written) = (MeshFiles::default(), true);
         let input = Input { program: None, base, settings, overrides, meshes, scene_file, entities_as_written };
-        return Ok((Shot { name, source, stage, input, path, project }, warnings));
+        return Ok((Shot { name, source, stage, input, path, project, _unpacked }, warnings));
     }
     let program = Program::open(input, &defines, &project, &evaluation)?;
     let scene_file = program.scene_path()?;
@@ -183,7 +188,7 @@ pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostic
     let base = BaseFingerprint::new(rest.clone(), Assets::new(rest.base.clone()));
     let program = Some((program, rest));
     let input = Input { program, base, settings, overrides, meshes, scene_file, entities_as_written };
-    Ok((Shot { name, source, stage, input, path, project }, warnings))
+    Ok((Shot { name, source, stage, input, path, project, _unpacked }, warnings))
 }
 
 /// Mistakes that what `setup` has built has, with the places where it did.
