@@ -11,12 +11,17 @@ mod frames;
 mod guide;
 mod pictures;
 mod plan;
+#[cfg(feature = "preview")]
+mod preview;
 mod progress;
 mod render;
 mod scenes;
+mod set;
 mod sheet;
 mod test;
 mod threads;
+#[cfg(feature = "preview")]
+mod watch;
 
 use std::ffi::OsString;
 use std::io::{IsTerminal, Write};
@@ -68,6 +73,14 @@ enum Command {
     Dump(scenes::DumpArguments),
     /// Write any scene that can be read as RON
     Convert(scenes::ConvertArguments),
+    /// Show a page that follows every edit: pictures, timeline, mistakes, fields
+    #[cfg(feature = "preview")]
+    Preview(Box<preview::PreviewArguments>),
+    /// Render again whenever a file of the input changes
+    #[cfg(feature = "preview")]
+    Watch(Box<watch::WatchArguments>),
+    /// Set values in a scene file, in place
+    Set(set::SetArguments),
     /// Compare two pictures, or two folders of them
     Diff(diff::DiffArguments),
     /// Test golden frames: render what changed, compare, and show why
@@ -89,7 +102,7 @@ impl Command {
     }
 }
 
-const COMMANDS: [&str; 14] = [
+const COMMANDS: [&str; 17] = [
     "render",
     "check",
     "plan",
@@ -97,6 +110,9 @@ const COMMANDS: [&str; 14] = [
     "sheet",
     "dump",
     "convert",
+    "set",
+    "preview",
+    "watch",
     "diff",
     "test",
     "info",
@@ -107,7 +123,7 @@ const COMMANDS: [&str; 14] = [
 ];
 
 /// What an input is and how it is read; shared by the commands that open one.
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 struct InputArguments {
     /// A script (.rhai) or a scene (.ron, .nff, .p3f); for a film also a folder or a pattern of frames
     input: PathBuf,
@@ -161,7 +177,14 @@ impl InputArguments {
     /// How the input is opened: its script in processes of its own.
     fn options(&self, overrides: Overrides) -> Result<OpenOptions, Diagnostics> {
         let (defines, access) = (self.defines.clone(), self.access.access());
-        Ok(OpenOptions { defines, strict: self.strict, overrides, access, evaluation: evaluation()? })
+        Ok(OpenOptions {
+            defines,
+            strict: self.strict,
+            overrides,
+            access,
+            evaluation: evaluation()?,
+            keep_scene: false,
+        })
     }
 }
 
@@ -229,6 +252,11 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         Command::Sheet(arguments) => sheet::run(*arguments),
         Command::Dump(arguments) => scenes::dump(arguments),
         Command::Convert(arguments) => scenes::convert(arguments),
+        #[cfg(feature = "preview")]
+        Command::Preview(arguments) => preview::run(&arguments),
+        #[cfg(feature = "preview")]
+        Command::Watch(arguments) => watch::run(&arguments),
+        Command::Set(arguments) => set::run(&arguments),
         Command::Diff(arguments) => diff::diff(arguments),
         Command::Test(arguments) => test::run(arguments),
         Command::Info(arguments) => pictures::info(arguments),

@@ -10,6 +10,7 @@ use super::progress::{Mode, Progress};
 use super::{Exit, InputArguments, exit_code, film, frames, print, say, say_printed, usage};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, suggestion};
 use crate::base::limits;
+use crate::base::project::Project;
 use crate::components::{Accel, Aov, Integrator};
 use crate::output::{FileState, FilmFormat, names};
 use crate::shot::plan::Plan;
@@ -17,7 +18,7 @@ use crate::shot::run::{self, Event, FrameSource, Report, ReusePolicy};
 use crate::shot::{self, Overrides, Shot};
 
 /// Which frames, how they look, and where they go: what decides the plan.
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 pub struct FrameArguments {
     #[command(flatten)]
     pub input: InputArguments,
@@ -229,8 +230,19 @@ pub fn plan_into(
     out: Option<&str>,
     cancel: &AtomicBool,
 ) -> Result<(Shot, Plan), Diagnostics> {
+    let project = Project::of(&arguments.input.input, &arguments.input.access.access())?;
+    plan_in(arguments, out, cancel, project)
+}
+
+/// As [`plan_into`], in a project that is known.
+pub fn plan_in(
+    arguments: &FrameArguments,
+    out: Option<&str>,
+    cancel: &AtomicBool,
+    project: Arc<Project>,
+) -> Result<(Shot, Plan), Diagnostics> {
     let options = arguments.input.options(arguments.look.overrides())?;
-    let (mut shot, warnings) = shot::open_with(&arguments.input.input, options)?;
+    let (mut shot, warnings) = shot::open_in(&arguments.input.input, options, project)?;
     say(&warnings);
     let count = shot.frames();
     let wanted = match &arguments.frames {

@@ -8,6 +8,7 @@ use std::process::Command;
 const FLOORS: &[&[&str]] = &[
     &["cli"],
     &["guide"],
+    &["preview"],
     &["shot"],
     &["compare"],
     &["systems"],
@@ -32,6 +33,10 @@ const CRATES: &[(&str, &[&str])] = &[
     ("clap_complete", &["cli"]),
     ("clap_mangen", &["cli"]),
     ("ctrlc", &["cli"]),
+    ("axum", &["preview"]),
+    ("tokio", &["preview"]),
+    ("notify", &["preview"]),
+    ("getrandom", &["preview"]),
 ];
 
 const LONGEST_FILE: usize = 500;

@@ -139,6 +139,7 @@ impl Tester<'_> {
             overrides,
             access: self.arguments.access.access(),
             evaluation: evaluation()?,
+            keep_scene: false,
         };
         let (shot, warnings) = shot::open_with(&self.entry.script, options)?;
         say(&warnings);
