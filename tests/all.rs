@@ -33,6 +33,8 @@ mod preview;
 #[cfg(feature = "preview")]
 #[path = "all/preview_page.rs"]
 mod preview_page;
+#[path = "all/region.rs"]
+mod region;
 #[path = "all/reuse.rs"]
 mod reuse;
 #[path = "all/scripts.rs"]

@@ -42,8 +42,12 @@ const SKETCH_PHOTONS: u32 = 20_000;
 
 impl Sketch {
     fn settings(self, render: &Render) -> Render {
+        let part = |[x, y, width, height]: [u32; 4]| {
+            [x / self.divisor, y / self.divisor, (width / self.divisor).max(1), (height / self.divisor).max(1)]
+        };
         Render {
             size: render.size.map(|side| side.div_ceil(self.divisor)),
+            region: render.region.map(part),
             samples: render.samples.min(self.samples),
             aovs: Vec::new(),
             denoise: false,
@@ -141,6 +145,10 @@ impl Shot {
         input.with_slices(stage, planned.frame, slices, |stage, share| {
             files::load_all(stage)?;
             render = stage.settings();
+            if render.region.is_some() {
+                // Who looks on puts tiles into a whole frame.
+                partial.tile_sink = None;
+            }
             if share.index == 0 && mix.is_none() {
                 partial.tile_cache = cache.lend_tiles(fingerprint, stage, &input.base)?;
             }
