@@ -105,6 +105,7 @@ impl Preview {
         let state = self.wait_for("an exact picture", |state| {
             state["revision"].as_u64() >= Some(revision)
                 && state["current"]["kind"] == "exact"
+                && state["current"]["has_file"] == true
                 && state["target"].is_string()
         });
         let bytes = self.get(&format!("/file/{}", state["current"]["picture"])).body;
