@@ -61,7 +61,7 @@ pub fn run(arguments: &WatchArguments) -> Result<Exit, Diagnostics> {
     let watch = FileWatch::start(move |changed| {
         // The edit is there before the frames that it makes stale are given up.
         if send.send(changed).is_ok() {
-            stop.store(true, Ordering::Relaxed);
+            stop.store(true, Ordering::SeqCst);
         }
     })?;
     loop {
@@ -70,8 +70,10 @@ pub fn run(arguments: &WatchArguments) -> Result<Exit, Diagnostics> {
         let start = Instant::now();
         let rendered = once(arguments, &project, &cancel);
         watch.follow(project.recorded().into_iter().map(|(path, _)| path));
+        let is_cancelled = cancel.load(Ordering::SeqCst);
+        // Behind the flag, which an edit raises once it is there: without an edit it was an interrupt.
         let mut edit = edits.try_recv().ok();
-        if edit.is_none() && cancel.load(Ordering::Relaxed) {
+        if edit.is_none() && is_cancelled {
             return Ok(Exit::Interrupted);
         }
         match rendered {

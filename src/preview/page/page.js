@@ -103,7 +103,7 @@ window.animPreview = (() => {
     const context = canvas.getContext("2d");
     const style = getComputedStyle(document.documentElement);
     const color = (name) => style.getPropertyValue(`--${name}`);
-    const colors = { done: color("good"), stale: color("warn"), corrupt: color("warn"), foreign: color("warn"), missing: color("raised"), unknown: color("raised"), wrong: color("bad") };
+    const colors = { done: color("good"), stale: color("warn"), corrupt: color("warn"), foreign: color("warn"), missing: color("faint"), unknown: color("faint"), wrong: color("bad") };
     const width = canvas.width / Math.max(rows.length, 1);
     rows.forEach(([word, picture], i) => {
       context.fillStyle = colors[word] ?? colors.missing;
@@ -131,6 +131,7 @@ window.animPreview = (() => {
   }
 
   function play(direction) {
+    if (!direction && !local.playing) return;
     local.playing = direction;
     by("play").textContent = direction ? "pause" : "play";
     by("play").setAttribute("aria-pressed", String(!!direction));
@@ -510,7 +511,7 @@ window.animPreview = (() => {
     by("stops").textContent = `${shown.exposure > 0 ? "+" : ""}${shown.exposure}`;
     AnimPicture.repaint();
   });
-  by("scrub").addEventListener("input", () => { play(0); go(by("scrub").valueAsNumber); });
+  by("scrub").addEventListener("input", () => { const frame = by("scrub").valueAsNumber; play(0); go(frame); });
   by("frame").addEventListener("change", () => go(by("frame").valueAsNumber));
   for (const [id, frame] of [["first", () => 1], ["back", () => local.frame - 1], ["ahead", () => local.frame + 1], ["last", () => state.count]]) {
     by(id).addEventListener("click", () => { play(0); go(frame()); });
