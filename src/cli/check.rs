@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value};
 
 use super::{AccessArguments, Exit, evaluation, exit_code, parse_define, print, say, say_printed};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Severity};
