@@ -7,24 +7,9 @@ use serde_json::{Value as Json, json};
 use super::board::PagePart;
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::base::{files, limits};
-use crate::components::{Component, Material, MaterialName, Record, Role, Scene, Transform, Value};
+use crate::components::{Component, ComponentType, Kind, MaterialName, Record, Scene, Transform, Value};
 use crate::load::ron::edit::place_of_path;
 use crate::shot::Shot;
-
-/// What a scene without any light is told.
-pub fn dark(shot: &Shot) -> Option<&'static str> {
-    let scene = shot.authored()?;
-    let has_lamp = |scene: &Scene| {
-        scene.entities.iter().flat_map(|desc| desc.components()).any(|one| one.kind().role() == Role::Light)
-    };
-    let glows = |material: &Material| material.emission != glam::DVec3::ZERO;
-    let is_lit = has_lamp(scene)
-        || scene.materials.iter().any(|(_, material)| glows(material))
-        || scene.render.environment.is_some()
-        || scene.render.sky.is_some()
-        || shot.is_sequence();
-    (!is_lit).then_some("nothing in the scene gives light: add a point_light or an area_light")
-}
 
 /// A part of the scene in a frame, for the panel of the page.
 ///
@@ -90,6 +75,9 @@ fn entity(source: &SceneSource, scene: &Scene, index: usize) -> Option<Json> {
     };
     let group = |component: &Component| {
         let kind = component.kind();
+        if kind == Kind::MaterialName {
+            return source.material_name(&path, component, written.and_then(|written| written.get(kind)));
+        }
         let before = written.and_then(|written| written.get(kind)).map(|component| component.record());
         source.group(
             kind.name(),
@@ -134,6 +122,29 @@ fn material(source: &SceneSource, scene: &Scene, index: usize) -> Option<Json> {
 }
 
 impl SceneSource<'_> {
+    /// The name of an entity's material, which is a value without fields.
+    fn material_name(&self, path: &str, now: &Component, before: Option<&Component>) -> Json {
+        let own = format!("{path}.material");
+        let name = MaterialName::of(now).map(|name| name.0.to_string());
+        let place = self.text.as_deref().zip(self.file.as_deref());
+        let place = place.and_then(|(text, file)| place_of_path(text, file, &own).ok()).map(|(place, _)| place);
+        let is_as_written = before == Some(now);
+        let field = json!({
+            "name": "material",
+            "value": name,
+            "text": name,
+            "kind": "text",
+            "doc": "The name of a material of the scene.",
+            "path": own,
+            "said": true,
+            "writable": is_as_written && place.is_some(),
+            "by_script": !is_as_written,
+            "file": place.as_ref().map(|place| &*place.file),
+            "line": place.as_ref().map(|place| place.line),
+        });
+        json!({ "title": "surface", "component": null, "doc": "What it looks like.", "fields": [field] })
+    }
+
     /// One record with its fields; `before` is how the scene's file has it.
     fn group(
         &self,

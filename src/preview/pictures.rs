@@ -57,27 +57,31 @@ impl CurrentPicture {
 #[derive(Debug, Default)]
 pub struct PictureStore {
     pictures: BTreeMap<u64, ShownPicture>,
+    /// Those with linear light, the oldest first.
+    films: Vec<u64>,
     next: u64,
     bytes: usize,
 }
 
-/// Pictures that keep their linear light, counted from the last one.
-const FILMS: u64 = 4;
+/// Pictures that keep their linear light.
+const FILMS: usize = 4;
 
 impl PictureStore {
     /// Adds a picture and gives its number. Older ones give way, but for those in `wanted`.
     pub fn add(&mut self, picture: ShownPicture, wanted: impl Fn(u64) -> bool) -> u64 {
         self.next += 1;
         self.bytes += picture.bytes();
+        if picture.film.is_some() {
+            self.films.push(self.next);
+        }
         self.pictures.insert(self.next, picture);
-        let old: Vec<u64> = self.pictures.range(..self.next.saturating_sub(FILMS)).map(|(id, _)| *id).collect();
-        for id in &old {
-            if let Some(picture) = self.pictures.get_mut(id)
-                && let Some(film) = picture.film.take()
-            {
+        let many = self.films.len().saturating_sub(FILMS);
+        for id in self.films.drain(..many) {
+            if let Some(film) = self.pictures.get_mut(&id).and_then(|picture| picture.film.take()) {
                 self.bytes -= size_of_val(&*film.pixels);
             }
         }
+        let old: Vec<u64> = self.pictures.range(..self.next).map(|(id, _)| *id).collect();
         for pass in [false, true] {
             for id in &old {
                 if self.bytes > limits::PREVIEW_PICTURE_BYTES && (pass || !wanted(*id)) {

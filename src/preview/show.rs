@@ -16,6 +16,8 @@ use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::{files, limits};
 use crate::film::{DisplayTransform, Film};
 use crate::output::{FileState, Format};
+use crate::shot;
+use crate::shot::fingerprint::Fingerprint;
 use crate::shot::live::LivePicture;
 use crate::shot::plan::{self, PlannedFrame};
 use crate::shot::run::{self, Event};
@@ -177,16 +179,24 @@ impl PreviewWorker {
             }
             Ok(plan) => {
                 self.problems = plan.summary().0.iter().map(diagnostic_json).collect();
-                let moves = plan.frames.iter().any(|one| one.hash != plan.frames[0].hash);
-                if plan.frames.len() > 1 && !moves {
-                    self.warnings.push(note_json("warning", "all frames are the same: nothing moves"));
-                }
                 self.rows = plan.frames.iter().take(limits::PREVIEW_FRAMES as usize).map(|one| self.row(one)).collect();
                 self.plan = Some(plan);
                 if !self.show_from_memory() {
                     self.publish();
                 }
             }
+        }
+    }
+
+    /// Adds what can be rendered and is most likely not meant to the warnings.
+    pub(super) fn advise(&mut self) {
+        let (Some(shot), Some(plan)) = (&mut self.shot, &self.plan) else { return };
+        let fingerprints: Result<Vec<Fingerprint>, _> = plan.frames.iter().map(|one| one.fingerprint.clone()).collect();
+        let Ok(fingerprints) = fingerprints else { return };
+        let found = shot::advice::advice(shot, &fingerprints);
+        if !found.0.is_empty() {
+            self.warnings.extend(found.0.iter().map(diagnostic_json));
+            self.publish();
         }
     }
 

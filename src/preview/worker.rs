@@ -14,7 +14,7 @@ use std::time::Instant;
 use serde_json::{Value, json};
 
 use super::board::{Board, Order, Trial};
-use super::messages::{diagnostic_json, note_json};
+use super::messages::diagnostic_json;
 use super::pictures::CurrentPicture;
 use super::watching::FileWatch;
 use super::{PreviewOptions, describe, trial};
@@ -75,6 +75,8 @@ struct Todo {
     open: bool,
     sketch: bool,
     render: bool,
+    /// What is most likely not meant has been looked for.
+    advised: bool,
     /// Nothing ahead can be rendered any more.
     idle: bool,
 }
@@ -222,6 +224,11 @@ impl PreviewWorker {
         if self.current.kind != "exact" || self.current.frame != self.frame {
             return self.show_exact();
         }
+        if !self.todo.advised {
+            self.todo.advised = true;
+            self.advise();
+            return true;
+        }
         if self.todo.render {
             let ended = self.render();
             self.todo.render = !ended;
@@ -255,7 +262,6 @@ impl PreviewWorker {
             Ok((shot, warnings)) => {
                 self.frame = self.frame.clamp(1, shot.frames());
                 self.warnings = warnings.0.iter().map(diagnostic_json).collect();
-                self.warnings.extend(describe::dark(&shot).map(|text| note_json("warning", text)));
                 self.problems.clear();
                 let count = shot.frames().min(limits::PREVIEW_FRAMES) as usize;
                 if self.rows.len() != count {

@@ -220,7 +220,7 @@ const AnimPanels = (() => {
       const isNear = (one) => one.said || one.by_script;
       const others = group.fields.filter((one) => !isNear(one));
       const near = group.fields.filter(isNear);
-      const more = others.length ? element("details", {}, element("summary", {}, near.length ? `${others.length} more fields` : `${others.length} fields at their defaults`), ...others.map((one) => field(group, one))) : null;
+      const more = others.length ? element("details", {}, element("summary", {}, near.length ? `${others.length} more field${others.length > 1 ? "s" : ""}` : `all at their defaults`), ...others.map((one) => field(group, one))) : null;
       return element("div", { className: "group" }, element("h3", { title: group.doc }, group.title), ...near.map((one) => field(group, one)), more);
     });
     box.replaceChildren(element("p", {}, element("strong", {}, part.label)), ...groups);

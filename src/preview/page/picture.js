@@ -233,10 +233,11 @@ const AnimPicture = (() => {
     }
     if (shown.cursor) {
       const [x, y] = shown.cursor.map((t, i) => Math.floor(t * [width, height][i]) + 0.5);
-      for (const [color, line] of [["#000", 3], ["#fff", 1]]) {
+      const size = Math.max(1, width / 160);
+      for (const [color, line] of [["#000", size * 0.75], ["#fff", size * 0.25]]) {
         context.strokeStyle = color;
         context.lineWidth = line;
-        context.strokeRect(x - 4, y - 4, 8, 8);
+        context.strokeRect(x - size, y - size, 2 * size, 2 * size);
       }
     }
   }
