@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
+use rustc_hash::FxHashMap;
 
-use super::contacts::ContactNudges;
+use super::contacts::{ContactNudges, contact_nudges};
 use super::hierarchy::Placement;
 use super::stage::{AuthoredIndex, MaterialIndex, Stage, get};
 use crate::base::digest::{Digest, Hasher};
@@ -34,8 +35,38 @@ pub enum ReuseBounds {
     },
 }
 
+/// What else goes into the digest of a value, as the content of a file that it names.
+type FeedValue<'a> = &'a mut dyn FnMut(&Value, &mut Hasher);
+
+/// The reuse bounds of all entities, as the World is now, for windows that outlive the files that the World is made of:
+/// `feed` adds what a named file holds, and a mesh is known by what it holds and how many entities share it.
+pub fn all_reuse_bounds(stage: &Stage, feed: FeedValue) -> Vec<ReuseBounds> {
+    let nudges = contact_nudges(stage);
+    let mut all: Vec<ReuseBounds> =
+        (0..stage.entities.len()).map(|index| reuse_bounds_with(stage, &nudges, index, feed)).collect();
+    let mut shared: FxHashMap<usize, u64> = FxHashMap::default();
+    for object in &all {
+        if let ReuseBounds::Bounded { mesh: Some(mesh), .. } = object {
+            *shared.entry(*mesh).or_default() += 1;
+        }
+    }
+    for object in &mut all {
+        if let ReuseBounds::Bounded { digest, mesh: Some(mesh), .. } = object {
+            let mut hasher = Hasher::default();
+            hasher.digest(*digest);
+            hasher.word(shared[mesh]);
+            *digest = hasher.finish();
+        }
+    }
+    all
+}
+
 /// The reuse bounds of the entity at an authored index, as the World is now; `nudges` are those of the World.
 pub fn reuse_bounds(stage: &Stage, nudges: &ContactNudges, index: usize) -> ReuseBounds {
+    reuse_bounds_with(stage, nudges, index, &mut |_, _| {})
+}
+
+fn reuse_bounds_with(stage: &Stage, nudges: &ContactNudges, index: usize, feed: FeedValue) -> ReuseBounds {
     let Some(entity) = stage.live(index) else { return ReuseBounds::Nothing };
     let placement = stage.world.get::<&Placement>(entity).map_or(DAffine3::IDENTITY, |p| p.0);
     let mut hasher = Hasher::default();
@@ -46,7 +77,7 @@ pub fn reuse_bounds(stage: &Stage, nudges: &ContactNudges, index: usize) -> Reus
     });
     let (mut place, mut mesh, mut everywhere): (Option<Kdop>, _, _) = (None, None, false);
     for component in Kind::ALL.iter().filter_map(|kind| get(&stage.world, entity, *kind)) {
-        feed_component(&component, |_| true, &mut hasher, &mut |_, _| {});
+        feed_component(&component, |_| true, &mut hasher, feed);
         match component.kind().role() {
             // Where the entity is at the moment is in its placement; what it did before is not.
             Role::Placement => everywhere |= component.kind() == Kind::Motion,
@@ -56,7 +87,7 @@ pub fn reuse_bounds(stage: &Stage, nudges: &ContactNudges, index: usize) -> Reus
                 let number = number.filter(|_| component.kind() == MaterialName::KIND).map(|number| number.0 as usize);
                 if let Some(material) = number.and_then(|i| stage.world.get::<&Material>(stage.materials[i]).ok()) {
                     everywhere |= is_emissive(&material);
-                    feed_record(&*material, |_, _| true, &mut hasher, &mut |_, _| {});
+                    feed_record(&*material, |_, _| true, &mut hasher, feed);
                 }
             }
             Role::Shape => {
@@ -71,7 +102,7 @@ pub fn reuse_bounds(stage: &Stage, nudges: &ContactNudges, index: usize) -> Reus
                 for index in shape.worn().filter_map(|name| stage.material_names.get(name)) {
                     if let Ok(material) = stage.world.get::<&Material>(stage.materials[*index]) {
                         everywhere |= is_emissive(&material);
-                        feed_record(&*material, |_, _| true, &mut hasher, &mut |_, _| {});
+                        feed_record(&*material, |_, _| true, &mut hasher, feed);
                     }
                 }
             }
