@@ -115,6 +115,7 @@ impl PixelAccumulator {
         seen: &SeenFeature,
     ) {
         if let Some(sum) = self.halves.get_mut(pixel) {
+            let first = first.map(|first| (first.albedo, first.depth));
             sum.add(second, bounded(color), weight, first, seen);
         }
     }

@@ -55,7 +55,7 @@ impl ContactNudges {
 
 /// A body that may touch others.
 #[derive(Clone, Copy)]
-struct Body {
+struct TouchingBody {
     index: usize,
     /// Order of ties among primitives.
     order: u8,
@@ -110,7 +110,7 @@ pub fn contact_nudges(stage: &Stage) -> ContactNudges {
 
 #[derive(Default)]
 struct Contacts {
-    bodies: Vec<Body>,
+    bodies: Vec<TouchingBody>,
     faces: Vec<FlatFace>,
     /// Spheres: center, radius, body.
     spheres: Vec<([u64; 4], usize)>,
@@ -176,7 +176,7 @@ impl Contacts {
             let transparent = material.as_ref().is_some_and(|m| m.is_transparent());
             let priority = material.as_ref().map_or(0, |m| m.priority);
             let (min, max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-            self.bodies.push(Body { index, order, transparent, closed: false, priority, min, max });
+            self.bodies.push(TouchingBody { index, order, transparent, closed: false, priority, min, max });
             add(self, self.bodies.len() - 1, shape, &map);
             Ok(())
         })
@@ -275,7 +275,7 @@ impl Contacts {
         self.spheres.sort_unstable();
         for pair in self.spheres.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
             let (other, body) = (pair[0].1, pair[1].1);
-            let Body { min, max, .. } = self.bodies[body];
+            let TouchingBody { min, max, .. } = self.bodies[body];
             let pushes = self.pushes.entry(body).or_default();
             // From both sides, which asks for another size.
             pushes.push(Push { other, at: max, direction: DVec3::NEG_X });
@@ -310,7 +310,7 @@ impl Contacts {
 }
 
 /// The map that brings a body a step along every push: a shift, or another size where pushes are against each other.
-fn map_of(body: &Body, pushes: &[Push], step: f64) -> DAffine3 {
+fn map_of(body: &TouchingBody, pushes: &[Push], step: f64) -> DAffine3 {
     let shift: DVec3 = pushes.iter().map(|push| push.direction * step).sum();
     let finite = body.min.x <= body.max.x;
     if !finite || pushes.iter().all(|push| shift.dot(push.direction) >= 0.5 * step) {
@@ -327,7 +327,7 @@ fn map_of(body: &Body, pushes: &[Push], step: f64) -> DAffine3 {
 }
 
 /// Which of two bodies whose faces have these normals moves, and in which direction; `None` if it does not matter.
-fn moved(bodies: [&Body; 2], normals: [DVec3; 2]) -> Option<(usize, DVec3)> {
+fn moved(bodies: [&TouchingBody; 2], normals: [DVec3; 2]) -> Option<(usize, DVec3)> {
     let along = normals[0].dot(normals[1]) > 0.0;
     let later = usize::from((bodies[0].order, bodies[0].index) < (bodies[1].order, bodies[1].index));
     match [bodies[0].transparent, bodies[1].transparent] {

@@ -4,8 +4,6 @@
 
 use glam::Vec3;
 
-use crate::film::layers::Feature;
-
 /// What a sample shows once mirrors and clear glass are seen through.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SeenFeature {
@@ -49,16 +47,17 @@ pub struct DenoiseSum {
 }
 
 impl DenoiseSum {
-    /// Adds a sample to one of the halves; `first` is what its camera ray met.
-    pub fn add(&mut self, second: bool, color: Vec3, weight: f32, first: Option<&Feature>, seen: &SeenFeature) {
+    /// Adds a sample to one of the halves; `first` is the albedo and the distance of what its
+    /// camera ray met.
+    pub fn add(&mut self, second: bool, color: Vec3, weight: f32, first: Option<(Vec3, f32)>, seen: &SeenFeature) {
         let half = &mut self.halves[usize::from(second)];
         half.count += 1.0;
         half.color += color;
         half.weighted += color * weight;
         half.weight += weight;
         // What lies behind everything is not lit: its colour counts as it is.
-        half.albedo += first.map_or(Vec3::ONE, |first| first.albedo);
-        half.disparity += first.map_or(0.0, |first| 1.0 / first.depth.max(1e-9));
+        half.albedo += first.map_or(Vec3::ONE, |(albedo, _)| albedo);
+        half.disparity += first.map_or(0.0, |(_, depth)| 1.0 / depth.max(1e-9));
         half.seen.albedo += seen.albedo;
         half.seen.normal += seen.normal;
         self.squares += color * color;

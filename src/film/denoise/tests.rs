@@ -1,10 +1,10 @@
 //! The denoiser against pictures whose truth is known.
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use super::*;
 use crate::base::random::{combine, unit_f32};
-use crate::film::{Feature, PixelBounds};
+use crate::film::PixelBounds;
 
 /// Light and albedo of a pixel, and whether its samples are noisy.
 type Truth = dyn Fn(usize, usize) -> (f32, f32, bool);
@@ -14,21 +14,12 @@ fn film(width: u32, height: u32, samples: u32, truth: &Truth) -> Film {
     let mut film = Film::new(width, height);
     for i in 0..(width * height) as usize {
         let (light, albedo, noisy) = truth(i % width as usize, i / width as usize);
-        let feature = Feature {
-            depth: 5.0,
-            point: Vec3::ZERO,
-            normal: Vec3::Z,
-            albedo: Vec3::splat(albedo),
-            motion: Vec2::ZERO,
-            entity: 0,
-            material: 0,
-        };
         let seen = SeenFeature { albedo: Vec3::splat(albedo), normal: Vec3::Z };
         let mut sum = DenoiseSum::default();
         for sample in 0..samples {
             let noise = unit_f32(combine(combine(3, i as u64), u64::from(sample))) - 0.5;
             let color = Vec3::splat(albedo * light * if noisy { 1.0 + 2.0 * noise } else { 1.0 });
-            sum.add(sample >= samples / 2, color, 1.0, Some(&feature), &seen);
+            sum.add(sample >= samples / 2, color, 1.0, Some((Vec3::splat(albedo), 5.0)), &seen);
         }
         let pixel = sum.resolve().unwrap();
         film.pixels[i] = (0.5 * (pixel.halves[0].color + pixel.halves[1].color)).to_array();
