@@ -212,7 +212,7 @@ fn shade_alone(
     let front = ray.direction.dot(surface.geometric_normal) < 0.0;
     let surface = if front { surface } else { surface.flipped() };
     let crossing = Crossing::new(context.materials, state.medium, context.geometry.tag(hit.primitive), front);
-    let nested = (crossing.ior != material.ior).then(|| ShadingParams { ior: crossing.ior, ..*material });
+    let nested = (crossing.ior != material.ior).then_some(ShadingParams { ior: crossing.ior, ..*material });
     let (material, behind) = (nested.as_ref().unwrap_or(material), crossing.behind);
     state.medium = crossing.before;
     let met = SurfaceInteraction { direction: ray.direction, state, surface, material, behind, front, sampler };

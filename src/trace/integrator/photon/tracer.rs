@@ -151,7 +151,7 @@ impl<'a> PhotonTracer<'a> {
             let onward = Ray::new(surface.offset_origin(ray.direction), ray.direction);
             return (!last).then_some((onward, PathState { medium: crossing.behind, ..state }));
         }
-        let nested = (crossing.ior != material.ior).then(|| ShadingParams { ior: crossing.ior, ..*material });
+        let nested = (crossing.ior != material.ior).then_some(ShadingParams { ior: crossing.ior, ..*material });
         let (material, behind) = (nested.as_ref().unwrap_or(material), crossing.behind);
         state.medium = crossing.before;
         let met = SurfaceInteraction { direction: ray.direction, state, surface, material, behind, front, sampler };
