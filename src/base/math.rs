@@ -46,6 +46,45 @@ pub fn euler_degrees(m: DMat3) -> DVec3 {
     DVec3::new(pitch, yaw, roll).map(f64::to_degrees)
 }
 
+/// Origins for numbers in `f32` stand on a lattice this far apart: at half of this a step of `f32` is 1/8192.
+const LATTICE: f64 = 4_096.0;
+
+/// The point of the lattice that is nearest to a point; 0 for what lies near 0, and for what is no point.
+pub fn lattice_origin(point: DVec3) -> DVec3 {
+    if !point.is_finite() {
+        return DVec3::ZERO;
+    }
+    // Adding 0 makes -0 and 0 the same origin.
+    point.map(|x| (x / LATTICE).round() * LATTICE) + DVec3::ZERO
+}
+
+/// Rotation matrix of a unit quaternion x, y, z, w.
+pub fn quaternion_matrix([x, y, z, w]: [f64; 4]) -> DMat3 {
+    let (x2, y2, z2) = (x + x, y + y, z + z);
+    DMat3::from_cols(
+        DVec3::new(1.0 - (y * y2 + z * z2), x * y2 + w * z2, x * z2 - w * y2),
+        DVec3::new(x * y2 - w * z2, 1.0 - (x * x2 + z * z2), y * z2 + w * x2),
+        DVec3::new(x * z2 + w * y2, y * z2 - w * x2, 1.0 - (x * x2 + y * y2)),
+    )
+}
+
+/// Unit quaternion x, y, z, w of a rotation matrix: the inverse of [`quaternion_matrix`], up to its sign.
+///
+/// The largest component is found first, so that nothing is divided by a small number (Shepperd 1978).
+pub fn matrix_quaternion(m: DMat3) -> [f64; 4] {
+    let (a, b, c) = (m.x_axis, m.y_axis, m.z_axis);
+    let squares = [1.0 + a.x - b.y - c.z, 1.0 - a.x + b.y - c.z, 1.0 - a.x - b.y + c.z, 1.0 + a.x + b.y + c.z];
+    let largest = (0..4).fold(3, |best, k| if squares[k] > squares[best] { k } else { best });
+    let parts = match largest {
+        0 => [squares[0], a.y + b.x, a.z + c.x, b.z - c.y],
+        1 => [a.y + b.x, squares[1], b.z + c.y, c.x - a.z],
+        2 => [a.z + c.x, b.z + c.y, squares[2], a.y - b.x],
+        _ => [b.z - c.y, c.x - a.z, a.y - b.x, squares[3]],
+    };
+    let scale = 0.5 / squares[largest].max(f64::MIN_POSITIVE).sqrt();
+    parts.map(|part| part * scale)
+}
+
 /// Rotation (pitch, yaw, roll in degrees) that turns the local axis -z from `from` towards `at`, +y staying near `up`.
 ///
 /// Identical points give no rotation; an `up` parallel to the view is replaced by another axis.

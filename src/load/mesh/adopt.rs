@@ -249,8 +249,8 @@ pub fn complete(
     for (slot, texture, warning) in &brought.maps {
         let Some(file) = &texture.image else { continue };
         let colored = matches!(slot, Slot::Color | Slot::Specular);
-        let decoded = texture.decodes(colored && curved);
-        let picture = match image::fetch(images, &scene.base, file, decoded) {
+        let plane = texture.plane(colored && curved);
+        let picture = match image::fetch(images, &scene.base, file, plane) {
             Ok(picture) => picture,
             Err(problem) => {
                 let message = format!("{}: {}", warning.message, problem.message);

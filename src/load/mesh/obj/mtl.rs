@@ -331,7 +331,7 @@ impl Fields {
             shininess: self.exponent.unwrap_or(20.0).clamp(0.0, 1e6),
             reflection: (specular != DVec3::ZERO && illumination < 3.0).then_some(0.0),
             transmission: through,
-            ior: if refracts { ior } else { 1.0 },
+            ior: refracts.then_some(ior),
             emission,
             ..Material::default()
         }
@@ -343,7 +343,7 @@ impl Fields {
         let roughness = self.roughness.unwrap_or(0.5).clamp(0.0, 1.0);
         let ior = self.ior.filter(|ior| (1.001..=100.0).contains(ior)).unwrap_or(1.5);
         let model = if metallic > 0.5 { Model::Conductor } else { Model::Plastic };
-        Material { model, color: color.min(DVec3::ONE), roughness, ior, emission, ..Material::default() }
+        Material { model, color: color.min(DVec3::ONE), roughness, ior: Some(ior), emission, ..Material::default() }
     }
 }
 
@@ -379,11 +379,11 @@ mod tests {
     #[test]
     fn what_is_dissolved_lets_light_through() {
         let veil = one("d 0.25");
-        assert_eq!((veil.transmission, veil.diffuse, veil.ior), (0.75, 0.25, 1.0));
+        assert_eq!((veil.transmission, veil.diffuse, veil.ior), (0.75, 0.25, None));
         assert_eq!(one("Tr 0.75"), one("d 0.25"));
         assert_eq!(one("d 0.25\nTr 0.1"), one("d 0.25"));
         let glass = one("illum 7\nNi 1.5\nd 0.1");
-        assert_eq!((glass.transmission, glass.ior), (0.9, 1.5));
+        assert_eq!((glass.transmission, glass.ior), (0.9, Some(1.5)));
         let filtered = one("illum 7\nNi 1.5\nd 1\nTf 1 1 1");
         assert_eq!((filtered.transmission, filtered.diffuse), (1.0, 0.0));
     }
