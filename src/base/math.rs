@@ -46,16 +46,18 @@ pub fn euler_degrees(m: DMat3) -> DVec3 {
     DVec3::new(pitch, yaw, roll).map(f64::to_degrees)
 }
 
-/// Origins for numbers in `f32` stand on a lattice this far apart: at half of this a step of `f32` is 1/8192.
-const LATTICE: f64 = 4_096.0;
+/// As far as this from 0, numbers in `f32` have steps of 1/8192 at most: near enough to count from 0.
+const NEAR: f64 = 2_048.0;
+/// Other origins stand on a lattice this far apart.
+const LATTICE: f64 = 64.0;
 
-/// The point of the lattice that is nearest to a point; 0 for what lies near 0, and for what is no point.
+/// An origin for numbers in `f32` around a point: 0 for what lies near 0, else the nearest point of a lattice; 0 also for
+/// what is no point.
 pub fn lattice_origin(point: DVec3) -> DVec3 {
     if !point.is_finite() {
         return DVec3::ZERO;
     }
-    // Adding 0 makes -0 and 0 the same origin.
-    point.map(|x| (x / LATTICE).round() * LATTICE) + DVec3::ZERO
+    point.map(|x| if x.abs() < NEAR { 0.0 } else { (x / LATTICE).round() * LATTICE })
 }
 
 /// Rotation matrix of a unit quaternion x, y, z, w.

@@ -109,7 +109,7 @@ const COMMANDS: [&str; 14] = [
 /// What an input is and how it is read; shared by the commands that open one.
 #[derive(clap::Args)]
 struct InputArguments {
-    /// A script (.rhai) or a scene (.ron, .nff, .p3f, .gltf, .glb, .aff); for a film also a folder or a pattern of frames
+    /// A script (.rhai) or a scene (.ron, .nff, .p3f, .gltf, .glb, .obj, .aff); for a film also a folder or a pattern of frames
     input: PathBuf,
     /// Give a parameter of the script a value; may be repeated
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]

@@ -10,14 +10,14 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::resolve::{Problem, component_path, key};
 use super::spans::Step;
-use super::{aff, gltf};
+use super::{aff, gltf, sets_asset};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, suggestion};
 use crate::base::digest::Hasher;
 use crate::base::limits;
 use crate::components::*;
 
 /// Endings of the files that hold entities.
-pub const EXTENSIONS: [&str; 3] = ["gltf", "glb", "aff"];
+pub const EXTENSIONS: [&str; 4] = ["gltf", "glb", "obj", "aff"];
 
 /// What an asset file holds.
 pub struct AssetFile {
@@ -42,7 +42,7 @@ pub struct Expanded {
 }
 
 /// A file that was read: its entities, shared by all who use it.
-struct Known {
+struct KnownAsset {
     data: Arc<AssetData>,
     prefix: String,
 }
@@ -50,7 +50,7 @@ struct Known {
 /// Puts the entities and materials of all assets into a scene.
 pub fn expand(scene: &mut Scene) -> Expanded {
     let mut out = Expanded::default();
-    let mut known: FxHashMap<(Text, Option<Text>), Option<Arc<Known>>> = FxHashMap::default();
+    let mut known: FxHashMap<(Text, Option<Text>), Option<Arc<KnownAsset>>> = FxHashMap::default();
     let mut prefixes: FxHashMap<String, Text> = FxHashMap::default();
     let authored = scene.entities.len();
     for index in 0..authored {
@@ -83,7 +83,7 @@ fn prefix_of(file: &Text, taken: &mut FxHashMap<String, Text>) -> String {
     prefix
 }
 
-fn open(scene: &mut Scene, index: usize, asset: &Asset, prefix: String, out: &mut Expanded) -> Option<Arc<Known>> {
+fn open(scene: &mut Scene, index: usize, asset: &Asset, prefix: String, out: &mut Expanded) -> Option<Arc<KnownAsset>> {
     let place = |field: &str| component_path(index, Kind::Asset).into_iter().chain([key(field)]).collect::<Vec<Step>>();
     let extension = Path::new(&*asset.file).extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     if !EXTENSIONS.contains(&extension.as_str()) {
@@ -94,6 +94,13 @@ fn open(scene: &mut Scene, index: usize, asset: &Asset, prefix: String, out: &mu
     }
     let read = match extension.as_str() {
         "aff" => aff::read(&scene.base, &asset.file, &prefix).map(|(file, _)| (file, None)),
+        "obj" => match sets_asset::read(&scene.base, &asset.file, place("file")) {
+            Ok(file) => Ok((file, None)),
+            Err(problem) => {
+                out.problems.push(problem);
+                return None;
+            }
+        },
         _ => gltf::read(&scene.base, &asset.file, &prefix, asset.scene.as_deref())
             .map(|(file, document)| (file, Some(document))),
     };
@@ -104,7 +111,7 @@ fn open(scene: &mut Scene, index: usize, asset: &Asset, prefix: String, out: &mu
             out.documents.extend(document.map(|document| (asset.file.clone(), document)));
             adopt(scene, &materials);
             let digest = digest(&nodes, &clips, &materials);
-            Some(Arc::new(Known { data: Arc::new(AssetData { digest, nodes, clips, materials }), prefix }))
+            Some(Arc::new(KnownAsset { data: Arc::new(AssetData { digest, nodes, clips, materials }), prefix }))
         }
         Err(mut wrong) => {
             // A file that is not there is the scene's mistake.
@@ -148,7 +155,7 @@ fn take_in(
     scene: &mut Scene,
     (index, authored): (usize, usize),
     asset: Asset,
-    file: &Known,
+    file: &KnownAsset,
     problems: &mut Vec<Problem>,
 ) {
     let name = match scene.entities[index].name.clone() {
@@ -210,7 +217,7 @@ fn is_below(name: &str, above: &str) -> bool {
 }
 
 /// Numbers of the nodes that an entity does without.
-fn left_out(asset: &Asset, index: usize, file: &Known, problems: &mut Vec<Problem>) -> FxHashSet<usize> {
+fn left_out(asset: &Asset, index: usize, file: &KnownAsset, problems: &mut Vec<Problem>) -> FxHashSet<usize> {
     let nodes = &file.data.nodes;
     for (i, name) in asset.without.iter().enumerate() {
         if !nodes.iter().any(|node| node.name == *name) {

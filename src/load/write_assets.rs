@@ -15,6 +15,15 @@ pub struct OfAssets<'a> {
     without: FxHashMap<&'a str, Vec<Text>>,
 }
 
+/// Meshes that a node names by their file are read by the entity.
+fn complete(expected: &mut EntityDesc, desc: &EntityDesc) {
+    let (Some(named), Some(read)) = (expected.component::<Mesh>(), desc.component::<Mesh>()) else { return };
+    if named.file.is_some() && named.file == read.file {
+        let mesh = Mesh { data: read.data.clone(), ..named.clone() };
+        expected.put(mesh.into());
+    }
+}
+
 impl<'a> OfAssets<'a> {
     pub fn new(scene: &'a Scene) -> Self {
         let mut all = OfAssets::default();
@@ -37,7 +46,10 @@ impl<'a> OfAssets<'a> {
         for (i, node) in nodes.iter().enumerate() {
             let called = full(node);
             let parent = node.parent.map_or(name.clone(), |parent| full(&nodes[parent]));
-            let expected = below(&node.desc, name, parent);
+            let mut expected = below(&node.desc, name, parent);
+            if let Some(desc) = there.get(&*called) {
+                complete(&mut expected, desc);
+            }
             let is_there = there.get(&*called).is_some_and(|desc| has_all(desc, &expected));
             let goes_along = node.parent.is_some_and(|parent| gone.contains(&parent));
             if !is_there && !goes_along {

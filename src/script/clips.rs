@@ -78,6 +78,11 @@ fn describe(clip: &Clip) -> Map {
         .collect()
 }
 
+/// All clips of an entity's asset.
+pub fn all(entity: &EntityHandle) -> Fallible<Array> {
+    Ok(asset(entity)?.data.clips.iter().map(|clip| describe(clip).into()).collect())
+}
+
 /// Puts the nodes of an asset where a clip has them at a time.
 pub fn play(entity: &mut EntityHandle, name: &str, playing: Playing) -> Fallible<EntityHandle> {
     let asset = asset(entity)?;
@@ -201,9 +206,7 @@ pub const CHAPTER: Chapter = Chapter {
             arguments: &[("e", "the entity whose `asset` names the file")],
             example: "s.get(\"robot\").clips.len()              // 2\ns.get(\"robot\").clips[1].name            // \"Turn\"",
             register: |engine| {
-                engine.register_get("clips", |e: &mut EntityHandle| -> Fallible<Array> {
-                    Ok(asset(e)?.data.clips.iter().map(|clip| describe(clip).into()).collect())
-                });
+                engine.register_get("clips", |e: &mut EntityHandle| all(e));
             },
         },
     ],

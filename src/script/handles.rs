@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ::rhai::{Dynamic, Map};
 use glam::{DAffine3, DVec3};
 
+use super::clips;
 use super::convert::{describe, number, to_dynamic, to_value};
 use super::errors::{Fallible, complain};
 use super::fields::{checked, known_entity, known_material, known_parent, set_field, text, unknown_entity};
@@ -354,6 +355,9 @@ impl EntityHandle {
         }
         if let ("color", Some(kind)) = (property, self.light()) {
             return self.scene.record(RecordPath::Component(self.index, kind)).get("color");
+        }
+        if property == "clips" {
+            return clips::all(self).map(Dynamic::from);
         }
         let overlay = self.scene.lock();
         match property {

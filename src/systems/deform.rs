@@ -37,13 +37,13 @@ struct Bending<'a> {
     skin: Option<(&'a Skin, Vec<DAffine3>)>,
 }
 
-type Parts<'q> = (&'q AuthoredIndex, &'q Mesh, Option<&'q Morph>, Option<&'q Skin>);
+type BendingParts<'q> = (&'q AuthoredIndex, &'q Mesh, Option<&'q Morph>, Option<&'q Skin>);
 
 impl<'a> Bending<'a> {
     /// `None` if the mesh stays as it is.
     fn new(
         stage: &Stage,
-        (order, mesh, morph, skin): <Parts<'a> as hecs::Query>::Item<'a>,
+        (order, mesh, morph, skin): <BendingParts<'a> as hecs::Query>::Item<'a>,
     ) -> Result<Option<Self>, Diagnostic> {
         let morph = morph.filter(|morph| morph.weights.iter().any(|weight| *weight != 0.0));
         if morph.is_none() && skin.is_none() {
@@ -73,7 +73,7 @@ impl<'a> Bending<'a> {
 /// A joint that does not exist or was removed.
 pub fn update(stage: &mut Stage) -> Result<(), Diagnostics> {
     let (mut bent, mut straight) = (Vec::new(), Vec::new());
-    type All<'q> = (hecs::Entity, Parts<'q>, Option<&'q Deformed>);
+    type All<'q> = (hecs::Entity, BendingParts<'q>, Option<&'q Deformed>);
     for (entity, parts, old) in stage.world.query::<All>().without::<&Despawned>().iter() {
         let Some(bending) = Bending::new(stage, parts)? else {
             straight.extend(old.map(|_| entity));
@@ -101,7 +101,7 @@ pub fn update(stage: &mut Stage) -> Result<(), Diagnostics> {
 /// As [`update`].
 pub fn now(stage: &Stage, index: usize) -> Result<Option<Deformed>, Diagnostic> {
     let Some(entity) = stage.live(index) else { return Ok(None) };
-    let mut query = stage.world.query_one::<Parts>(entity);
+    let mut query = stage.world.query_one::<BendingParts>(entity);
     let Ok(parts) = query.get() else { return Ok(None) };
     Ok(Bending::new(stage, parts)?.map(|bending| bending.deformed(bending.key())))
 }

@@ -104,6 +104,11 @@ impl ShapePlacement {
         Tag { entity: self.entity, material: self.material, sides }
     }
 
+    /// What goes with it, under another map.
+    pub(super) fn under(&self, map: DAffine3) -> ShapePlacement {
+        ShapePlacement { map, ..*self }
+    }
+
     pub(super) fn point(&self, p: DVec3) -> Vec3 {
         self.map.transform_point3(p).as_vec3()
     }

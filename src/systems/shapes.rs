@@ -118,7 +118,7 @@ impl ExtractShape for Mesh {
     }
 
     fn extract(&self, placed: &ShapePlacement, out: &mut Extraction) {
-        let placed = ShapePlacement { map: from_origin_of(self, placed.map), ..*placed };
+        let placed = placed.under(from_origin_of(self, placed.map));
         for piece in self.pieces().iter() {
             let placed = out.placement_of(piece, &placed);
             let Piece { data, smooth, .. } = piece;

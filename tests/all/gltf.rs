@@ -380,7 +380,7 @@ fn clips_that_are_not_there_are_explained() {
     fails("s.get(\"robot\").play(\"Bent\", 1);", &["a.rhai:3:", "no clip `Bent`", "did you mean `Bend`?"]);
     fails("s.get(\"robot/Face\").play(\"Bend\", 1);", &["has no `asset`"]);
     fails("s.get(\"robot\").play(\"Bend\", \"soon\");", &["expected a number"]);
-    fails("s.get(\"robot\").play(\"Bend\", 1, #{ loop: true });", &["no option `loop`"]);
+    fails("s.get(\"robot\").play(\"Bend\", 1, #{ repeats: true });", &["no option `repeats`"]);
     fails("s.get(\"robot\").blend(\"Bend\", 1, 2);", &["a weight must be from 0 to 1"]);
 }
 
@@ -405,4 +405,26 @@ fn unbent_and_bent_meshes_are_where_they_should_be() {
     };
     near(&bent(0.0), [[10.0, 0.0, 0.0], [10.0, 1.0, 0.0], [10.0, 2.0, 0.0], [11.0, 2.0, 0.0]]);
     near(&bent(90.0), [[10.0, 0.0, 0.0], [10.0, 1.0, 0.0], [9.0, 1.0, 0.0], [9.0, 2.0, 0.0]]);
+}
+
+#[test]
+fn groups_of_an_obj_are_entities() {
+    let sandbox = Sandbox::new();
+    let vase =
+        "mtllib vase.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\no vase\ng body\nusemtl clay\nf 1 2 3\ng lid\nf 1 3 4\n";
+    sandbox.write("vase.obj", vase).write("vase.mtl", "newmtl clay\nKd 0.6 0.3 0.2\n");
+    let scene = good(
+        &sandbox,
+        "(entities: [(name: \"v\", asset: (file: \"vase.obj\")), (name: \"v/lid\", transform: (translation: (0.0, 2.0, 0.0)))])",
+    );
+    assert_eq!(mesh(&scene, "v/body").group.as_deref(), Some("body"));
+    assert_eq!(transform(&scene, "v/lid").translation.y, 2.0);
+    assert_eq!(transform(&scene, "v/lid").parent.as_deref(), Some("v"));
+    assert!(std::sync::Arc::ptr_eq(&mesh(&scene, "v/body").data, &mesh(&scene, "v/lid").data), "read once for both");
+    assert_eq!(material(&scene, "clay").color, DVec3::new(0.6, 0.3, 0.2));
+    // By itself it is a scene, and what is written of that is the asset and not its nodes.
+    let run = sandbox.anim("convert vase.obj").ok();
+    assert!(run.stdout.contains("asset: (file: \"vase.obj\")"), "{}", run.stdout);
+    let written = |line: &str| !line.trim_start().starts_with("//") && line.contains("vase/body");
+    assert!(!run.stdout.lines().any(written), "{}", run.stdout);
 }

@@ -6,14 +6,14 @@ use glam::{DVec3, Vec2, Vec3};
 use rustc_hash::FxHashMap;
 
 use super::scan::{AffWord, Scan};
-use super::{Reader, Stop};
+use super::{Reader, Stopped};
 use crate::base::digest::Digest;
 use crate::base::limits;
 use crate::components::{KeyInterpolation, MeshData, MorphData, MorphTarget, Text, Track, TrackProperty};
 use crate::load::mesh::polygon;
 
 /// A mesh that is ready.
-pub struct Piece {
+pub struct OpenPiece {
     pub data: Arc<MeshData>,
     pub material: Text,
     /// Shapes at the times of keys, if it moves.
@@ -22,10 +22,10 @@ pub struct Piece {
 
 /// What has been gathered since the last transform.
 #[derive(Default)]
-pub struct Pieces {
+pub struct OpenPieces {
     /// In the order in which materials were met.
     loose: Vec<(Text, Gathered)>,
-    done: Vec<Piece>,
+    done: Vec<OpenPiece>,
     moving: Vec<Moving>,
     /// Meshes that were made before: a file that is included twice has them twice.
     known: FxHashMap<Digest, Arc<MeshData>>,
@@ -55,7 +55,7 @@ pub struct Corner {
     pub uv: Option<[f64; 2]>,
 }
 
-impl Pieces {
+impl OpenPieces {
     fn gather(&mut self, material: Text) -> &mut Gathered {
         let place = self.loose.iter().rposition(|(name, _)| *name == material).unwrap_or_else(|| {
             self.loose.push((material, Gathered::default()));
@@ -65,11 +65,11 @@ impl Pieces {
     }
 
     /// All that was gathered, as meshes.
-    pub fn take(&mut self) -> Vec<Piece> {
+    pub fn take(&mut self) -> Vec<OpenPiece> {
         let mut all = std::mem::take(&mut self.done);
         for (material, gathered) in std::mem::take(&mut self.loose) {
             let data = self.shared(gathered.into_mesh());
-            all.push(Piece { data, material, morph: None });
+            all.push(OpenPiece { data, material, morph: None });
         }
         for moving in std::mem::take(&mut self.moving) {
             all.push(moving.into_piece());
@@ -103,7 +103,7 @@ impl Gathered {
 }
 
 impl Moving {
-    fn into_piece(self) -> Piece {
+    fn into_piece(self) -> OpenPiece {
         let count = self.at[0][0].len() as u32;
         let triangles = (0..count / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
         // The mesh stays at the origin, and each key adds itself by its weight: those of two neighbours add up to 1.
@@ -111,7 +111,7 @@ impl Moving {
         let data = Arc::new(MeshData::new(nothing.clone(), triangles, nothing));
         let target = |[points, normals]: [Vec<Vec3>; 2]| MorphTarget { name: Text::default(), points, normals };
         let morph = Arc::new(MorphData::new(self.at.into_iter().map(target).collect()));
-        Piece { data, material: self.material, morph: Some((morph, self.times)) }
+        OpenPiece { data, material: self.material, morph: Some((morph, self.times)) }
     }
 }
 
@@ -130,7 +130,7 @@ pub fn track(node: Text, times: &[f64]) -> Track {
 
 impl Reader {
     /// `p`, or `pp` with a normal at each corner.
-    pub fn polygon(&mut self, scan: &mut Scan, word: AffWord) -> Result<(), Stop> {
+    pub fn polygon(&mut self, scan: &mut Scan, word: AffWord) -> Result<(), Stopped> {
         let patch = word.text == "pp";
         let count = self.count(scan, if patch { 6 } else { 3 })?;
         if count > limits::POLYGON_VERTICES {
@@ -150,7 +150,7 @@ impl Reader {
     }
 
     /// `tt`, or `ttp` with a normal at each corner: a triangle with a texture.
-    pub fn textured(&mut self, scan: &mut Scan, word: AffWord) -> Result<(), Stop> {
+    pub fn textured(&mut self, scan: &mut Scan, word: AffWord) -> Result<(), Stopped> {
         let name = self.word(scan, "the name of a texture")?;
         let texture = self.texture(scan, name);
         let mut corners = [Corner::default(); 3];
@@ -167,7 +167,7 @@ impl Reader {
     }
 
     /// `tpa`: a triangle that is another one at each of its times.
-    pub fn moving_triangle(&mut self, scan: &mut Scan, word: AffWord) -> Result<(), Stop> {
+    pub fn moving_triangle(&mut self, scan: &mut Scan, word: AffWord) -> Result<(), Stopped> {
         let count = self.count(scan, 19)?;
         if count == 0 {
             return self.fail(scan, word, "`tpa` needs a time at least");
@@ -200,7 +200,7 @@ impl Reader {
     }
 
     /// `m`: vertices, normals and texture coordinates, each if there are any, and triangles over them.
-    pub fn mesh(&mut self, scan: &mut Scan) -> Result<(), Stop> {
+    pub fn mesh(&mut self, scan: &mut Scan) -> Result<(), Stopped> {
         self.expect(scan, "vertices")?;
         let points = self.vectors(scan)?;
         let (mut normals, mut uvs, mut texture) = (Vec::new(), Vec::new(), None);
@@ -253,17 +253,17 @@ impl Reader {
         let material = self.worn(texture);
         if !gathered.triangles.is_empty() {
             let data = self.pieces.shared(gathered.into_mesh());
-            self.pieces.done.push(Piece { data, material, morph: None });
+            self.pieces.done.push(OpenPiece { data, material, morph: None });
         }
         Ok(())
     }
 
-    fn vectors(&mut self, scan: &mut Scan) -> Result<Vec<DVec3>, Stop> {
+    fn vectors(&mut self, scan: &mut Scan) -> Result<Vec<DVec3>, Stopped> {
         let count = self.count(scan, 3)?;
         (0..count).map(|_| self.vector(scan)).collect()
     }
 
-    fn index(&mut self, scan: &mut Scan, there: usize) -> Result<u32, Stop> {
+    fn index(&mut self, scan: &mut Scan, there: usize) -> Result<u32, Stopped> {
         let word = self.word(scan, "an index")?;
         match word.number().filter(|x| *x == x.trunc() && *x >= 0.0 && *x < there as f64) {
             Some(x) => Ok(x as u32),

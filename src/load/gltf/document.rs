@@ -29,14 +29,14 @@ pub struct Document {
     pub root: RootJson,
     /// The JSON, for the places of mistakes in a file that a person can open; `None` for a .glb.
     text: Option<String>,
-    buffers: Vec<Bytes>,
+    buffers: Vec<BufferBytes>,
     /// Views that had to be decompressed.
     views: Vec<OnceLock<Vec<u8>>>,
     /// Numbers that accessors were read as so far.
     read: Cell<u64>,
 }
 
-enum Bytes {
+enum BufferBytes {
     /// Of nothing that is there: a placeholder whose views are stored elsewhere.
     Missing,
     Here(Vec<u8>),
@@ -130,14 +130,16 @@ impl Document {
             let bytes = match &buffer.uri {
                 Some(uri) => {
                     let path = field(at("buffers", i), "uri");
-                    Bytes::Here(self.fetch(uri).map_err(|(message, help)| Problem::new(path, message).help(help))?)
+                    BufferBytes::Here(
+                        self.fetch(uri).map_err(|(message, help)| Problem::new(path, message).help(help))?,
+                    )
                 }
                 None => match chunk.take().filter(|_| i == 0) {
-                    Some(bytes) => Bytes::Here(bytes),
-                    None => Bytes::Missing,
+                    Some(bytes) => BufferBytes::Here(bytes),
+                    None => BufferBytes::Missing,
                 },
             };
-            if let Bytes::Here(bytes) = &bytes
+            if let BufferBytes::Here(bytes) = &bytes
                 && bytes.len() < buffer.byte_length.0
             {
                 let message =
@@ -189,7 +191,7 @@ impl Document {
         let Some(bytes) = self.buffers.get(buffer.0) else {
             return Err(fail(format!("there is no buffer {}; there are {}", buffer.0, self.buffers.len())));
         };
-        let Bytes::Here(bytes) = bytes else {
+        let BufferBytes::Here(bytes) = bytes else {
             return Err(fail(format!("buffer {} has no data", buffer.0)));
         };
         let end = offset.0.checked_add(length.0);

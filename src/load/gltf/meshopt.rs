@@ -164,7 +164,7 @@ fn sentinels<const BITS: usize>(stream: &mut Stream, sixteen: &mut [u8]) -> Resu
 
 /// What a decoder of triangles remembers.
 #[derive(Default)]
-struct Corners {
+struct IndexDecoder {
     next: u32,
     last: u32,
     edges: [[u32; 2]; 16],
@@ -173,7 +173,7 @@ struct Corners {
     vertex_at: usize,
 }
 
-impl Corners {
+impl IndexDecoder {
     fn edge(&self, back: usize) -> [u32; 2] {
         self.edges[self.edge_at.wrapping_sub(1 + back) & 15]
     }
@@ -262,7 +262,7 @@ fn triangles(data: &[u8], count: usize) -> Result<Vec<u32>, String> {
     let body = data.len().checked_sub(16).ok_or(SHORT)?;
     let (data, table) = data.split_at(body);
     let (codes, data) = data.split_at_checked(count / 3).ok_or(SHORT)?;
-    let (mut corners, mut data) = (Corners::default(), Stream(data));
+    let (mut corners, mut data) = (IndexDecoder::default(), Stream(data));
     let mut out = Vec::with_capacity(count);
     for code in codes {
         let on_edge = code >> 4 < 15;
@@ -420,7 +420,7 @@ mod tests {
         }
         expected.extend([[0, 35, 7], [500, 20_000, 3]]);
         let stream = bytes(TRIANGLES);
-        // Corners may be turned so that the stream gets shorter; the sense of rotation stays.
+        // IndexDecoder may be turned so that the stream gets shorter; the sense of rotation stays.
         let turned = |t: &[u32; 3]| (0..3).map(|i| [t[i], t[(i + 1) % 3], t[(i + 2) % 3]]).min();
         let decoded = triangles(&stream, 3 * expected.len()).unwrap();
         let decoded: Vec<[u32; 3]> = decoded.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();

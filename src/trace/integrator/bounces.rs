@@ -6,7 +6,7 @@ use super::photon::PhotonPass;
 use super::{path, photon, whitted};
 use crate::components::{Integrator, Model};
 use crate::trace::counters::Counters;
-use crate::trace::material::{Coverage, ShadingParams};
+use crate::trace::material::{HoleCoverage, ShadingParams};
 use crate::trace::primitive::Tag;
 use crate::trace::sampler::{SampleSet, power_heuristic};
 use crate::trace::simd::LANES;
@@ -187,7 +187,7 @@ fn shade_alone(
 
 /// How much of a surface is there for a ray that has met it and is followed both ways: elsewhere chance has decided.
 fn split_cover(context: RenderContext, material: &ShadingParams) -> f32 {
-    let is_split = context.settings.integrator == Integrator::Whitted && material.coverage == Coverage::Partial;
+    let is_split = context.settings.integrator == Integrator::Whitted && material.coverage == HoleCoverage::Partial;
     if is_split { material.opacity } else { 1.0 }
 }
 

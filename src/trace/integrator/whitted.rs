@@ -11,7 +11,7 @@ use crate::components::{Fresnel, Integrator, Model};
 use crate::trace::counters::Counters;
 use crate::trace::light::Lamp;
 use crate::trace::material::bsdf::{Bsdf, BsdfSample};
-use crate::trace::material::{Coverage, ShadingParams, TransportMode, fresnel, reflect, refract};
+use crate::trace::material::{HoleCoverage, ShadingParams, TransportMode, fresnel, reflect, refract};
 use crate::trace::sampler::{Domain, Frame, power_heuristic, uniform_sphere};
 use crate::trace::soa::Ray;
 use crate::trace::wavefront::{
@@ -49,7 +49,7 @@ pub fn shade(
     counters: &mut Counters,
 ) {
     let material = met.material;
-    if material.coverage == Coverage::Partial && material.opacity < 1.0 && is_whitted(context) {
+    if material.coverage == HoleCoverage::Partial && material.opacity < 1.0 && is_whitted(context) {
         let state = PathState { throughput: met.state.throughput * material.opacity, ..met.state };
         let whole = ShadingParams { opacity: 1.0, ..*material };
         let there = SurfaceInteraction { state, material: &whole, ..*met };

@@ -13,4 +13,4 @@ mod params;
 pub mod texture;
 
 pub use fresnel::{TransportMode, behind, fresnel, reflect, refract, scale, share};
-pub use params::{Coverage, MapValues, ShadingParams};
+pub use params::{HoleCoverage, MapValues, ShadingParams};

@@ -6,7 +6,7 @@ use crate::components::{Material, Model};
 
 /// Where a surface is there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Coverage {
+pub enum HoleCoverage {
     /// Everywhere.
     Full,
     /// Where its opacity is this much at least.
@@ -39,7 +39,7 @@ pub struct ShadingParams {
     pub thin: bool,
     /// How much of it is there.
     pub opacity: f32,
-    pub coverage: Coverage,
+    pub coverage: HoleCoverage,
     /// Whether the alpha of vertex colours counts for `opacity`.
     pub alpha_counts: bool,
     /// Width of GGX: the square of `roughness`.
@@ -84,9 +84,9 @@ impl From<&Material> for ShadingParams {
             thin: m.thin,
             opacity: m.opacity as f32,
             coverage: match m.opacity_cutoff {
-                Some(cutoff) => Coverage::Cutoff(cutoff as f32),
-                None if m.has_holes() => Coverage::Partial,
-                None => Coverage::Full,
+                Some(cutoff) => HoleCoverage::Cutoff(cutoff as f32),
+                None if m.has_holes() => HoleCoverage::Partial,
+                None => HoleCoverage::Full,
             },
             alpha_counts: m.vertex_opacity,
             alpha: (m.roughness * m.roughness) as f32,
@@ -146,9 +146,9 @@ impl ShadingParams {
     #[inline]
     pub fn cover(&self) -> f32 {
         match self.coverage {
-            Coverage::Full => 1.0,
-            Coverage::Cutoff(least) => f32::from(u8::from(self.opacity >= least)),
-            Coverage::Partial => self.opacity,
+            HoleCoverage::Full => 1.0,
+            HoleCoverage::Cutoff(least) => f32::from(u8::from(self.opacity >= least)),
+            HoleCoverage::Partial => self.opacity,
         }
     }
 

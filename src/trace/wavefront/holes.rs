@@ -10,14 +10,14 @@ use super::worker::Worker;
 use crate::base::limits;
 use crate::components::Integrator;
 use crate::trace::material::texture::RayCone;
-use crate::trace::material::{Coverage, ShadingParams};
+use crate::trace::material::{HoleCoverage, ShadingParams};
 use crate::trace::primitive::SurfacePoint;
 use crate::trace::sampler::{Domain, Sampler};
 use crate::trace::soa::{Hit, Hits, Ray};
 
 /// Whether any of these materials has holes.
 pub fn any_has_holes(materials: &[ShadingParams]) -> bool {
-    materials.iter().any(|material| material.coverage != Coverage::Full)
+    materials.iter().any(|material| material.coverage != HoleCoverage::Full)
 }
 
 /// Leads the rays of a wave on through the holes that they met; `sampler` is that of a sample.
@@ -33,7 +33,7 @@ pub fn pass_holes(
     }
     for i in 0..wave.rays().len() {
         let Some(hit) = hits.get(i) else { continue };
-        if coverage(context, &hit) == Coverage::Full {
+        if coverage(context, &hit) == HoleCoverage::Full {
             continue;
         }
         let (ray, state) = wave.get(i);
@@ -43,7 +43,7 @@ pub fn pass_holes(
     }
 }
 
-fn coverage(context: RenderContext, hit: &Hit) -> Coverage {
+fn coverage(context: RenderContext, hit: &Hit) -> HoleCoverage {
     context.materials[context.geometry.tag(hit.primitive).material as usize].coverage
 }
 
@@ -59,7 +59,7 @@ fn beyond(
     let split = context.settings.integrator == Integrator::Whitted;
     for step in 0..limits::HOLES {
         let coverage = coverage(context, &hit);
-        if coverage == Coverage::Full || (split && coverage == Coverage::Partial) {
+        if coverage == HoleCoverage::Full || (split && coverage == HoleCoverage::Partial) {
             return Some(hit);
         }
         let surface = context.geometry.surface_point(ray, &hit);
@@ -91,7 +91,7 @@ fn onward(ray: &Ray, surface: &SurfacePoint) -> Ray {
 
 /// Share of a surface that a ray to a light does not find there: what it met, and where it goes on from.
 pub fn missing(context: RenderContext, ray: &Ray, hit: &Hit, surface: &SurfacePoint) -> f32 {
-    if !context.holes || coverage(context, hit) == Coverage::Full {
+    if !context.holes || coverage(context, hit) == HoleCoverage::Full {
         return 0.0;
     }
     1.0 - cover(context, ray, hit, RayCone::default(), surface)

@@ -43,7 +43,7 @@ pub struct Principled {
 
 /// The ways of scattering and their chances.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct LobeChances {
+struct PrincipledChances {
     metal: f32,
     /// The surface of the opaque part.
     surface: f32,
@@ -156,14 +156,14 @@ impl Principled {
         self.color * (self.opaque() * shape * wi.z * FRAC_1_PI)
     }
 
-    fn chances(&self, wo: Vec3) -> LobeChances {
+    fn chances(&self, wo: Vec3) -> PrincipledChances {
         let surface = self.reflected(wo.z);
         let base = if self.let_in > 0.0 { (1.0 - surface) * self.color.max_element() } else { 0.0 };
         let metal = self.metallic * self.color.max_element();
         let (surface, diffuse) = (self.opaque() * surface, self.opaque() * base);
         let glass = self.clear() * self.color.max_element().max(surface).max(0.1);
         let sum = (metal + surface + diffuse + glass).max(1e-9);
-        LobeChances { metal: metal / sum, surface: surface / sum, diffuse: diffuse / sum, glass: glass / sum }
+        PrincipledChances { metal: metal / sum, surface: surface / sum, diffuse: diffuse / sum, glass: glass / sum }
     }
 
     /// The facet of the transparent part that sends light from `wi` to `wo`, on the side of `wo`, if one can.
@@ -273,7 +273,7 @@ impl Principled {
         if wo.z <= 0.0 {
             return None;
         }
-        let LobeChances { metal, surface, diffuse, glass } = self.chances(wo);
+        let PrincipledChances { metal, surface, diffuse, glass } = self.chances(wo);
         if lobe < diffuse {
             let wi = cosine_hemisphere(u);
             return weighed(wi, self.eval(wo, wi), self.pdf(wo, wi));
