@@ -6,9 +6,9 @@ use ::rhai::Dynamic;
 
 use super::Moment;
 use super::clips::{Playing, play};
+use super::context::ScriptContext;
 use super::handles::SceneHandle;
 use super::overlay::{NameIndex, Overlay};
-use super::shared::Shared;
 use super::time::{FrameTime, Header};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::{Edit, Scene, Text};
@@ -33,7 +33,7 @@ impl ClipFrames {
         let [start, end] = self.span;
         let seconds = start + (end - start) * FrameTime::new(header, number, offset, 0, Dynamic::UNIT).share();
         let overlay = Overlay::new(scene.clone(), Arc::new(NameIndex::new(scene)));
-        let mut handle = SceneHandle::new(overlay, 0, offset, Shared::default());
+        let mut handle = SceneHandle::new(overlay, 0, offset, ScriptContext::default());
         let playing = Playing { seconds, repeat: false, weight: 1.0 };
         let played = handle.get(&self.entity).and_then(|mut entity| play(&mut entity, &self.clip, playing));
         match played {

@@ -27,6 +27,8 @@
 mod clip_frames;
 mod clips;
 mod closures;
+mod constraints;
+mod context;
 mod convert;
 mod csv_text;
 mod curve;
@@ -55,7 +57,6 @@ mod rewrite;
 mod said;
 mod sandbox;
 mod scene_api;
-mod shared;
 mod simulation;
 mod subjects;
 mod table;
@@ -64,6 +65,7 @@ mod tokens;
 mod vector;
 mod vocabulary;
 mod words;
+mod world;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -22,7 +22,8 @@ fn rendered(sandbox: &Sandbox, scene: &str) -> Vec<[f32; 3]> {
 
 /// Share of pixels that differ by more than 8 of 255.
 fn difference(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
-    let differs = |(a, b): &(&[f32; 3], &[f32; 3])| a.iter().zip(*b).any(|(a, b)| !((a - b).abs() <= 8.0 / 255.0));
+    let differs =
+        |(a, b): &(&[f32; 3], &[f32; 3])| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 8.0 / 255.0 || a.is_nan());
     a.iter().zip(b).filter(differs).count() as f64 / a.len() as f64
 }
 
