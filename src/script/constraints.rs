@@ -251,7 +251,9 @@ fn attach(entity: &mut EntityHandle, target: &Dynamic) -> Fallible<()> {
     let Some((translation, rotation, scale)) = decompose(&(above.inverse() * entity.placement())) else {
         return complain(format!("in the space of {label}, {} is sheared", entity.label()), None);
     };
-    entity.put(Transform { translation, rotation, scale: Scale(scale), parent: Some(name) }.into())
+    entity.put(
+        Transform { translation, rotation, scale: Scale(scale), parent: Some(name), ..Transform::default() }.into(),
+    )
 }
 
 /// Puts an entity on a path, looking along it.
