@@ -10,6 +10,8 @@ mod errors;
 mod exact;
 #[path = "all/far.rs"]
 mod far;
+#[path = "all/farm.rs"]
+mod farm;
 #[path = "all/film.rs"]
 mod film;
 #[path = "all/films.rs"]
@@ -34,6 +36,11 @@ mod motion;
 mod oracles;
 #[path = "all/photon.rs"]
 mod photon;
+#[path = "all/preview.rs"]
+mod preview;
+#[cfg(feature = "preview")]
+#[path = "all/preview_page.rs"]
+mod preview_page;
 #[path = "all/region.rs"]
 mod region;
 #[path = "all/reuse.rs"]

@@ -9,13 +9,16 @@
 
 pub mod advice;
 mod assets;
+pub mod chunks;
 mod description;
 mod files;
 pub mod fingerprint;
+pub mod live;
 mod parts;
 pub mod plan;
 pub mod reuse;
 pub mod run;
+pub mod set;
 mod shutter;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -92,6 +95,10 @@ pub struct OpenOptions {
     pub access: Access,
     /// Where the script is evaluated.
     pub evaluation: Evaluation,
+    /// A temporary folder that the input lies in, which is there for as long as the shot is open.
+    pub unpacked: Option<Arc<tempfile::TempDir>>,
+    /// Keep the scene as its file says it, for [`Shot::authored`].
+    pub keep_scene: bool,
 }
 
 /// An input that is open: a script with its scene, or a scene alone.
@@ -105,6 +112,9 @@ pub struct Shot {
     input: Input,
     path: PathBuf,
     project: Arc<Project>,
+    authored: Option<Arc<Scene>>,
+    /// Removed when the shot is closed: it is the last field, so that whoever reads files there is gone by then.
+    _unpacked: Option<Arc<tempfile::TempDir>>,
 }
 
 /// What frames are made from, whatever World they are made in.
@@ -138,14 +148,23 @@ pub fn open(
 /// # Errors
 /// Every mistake in the input, each with its place.
 pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostics), Diagnostics> {
-    let OpenOptions { defines, strict, overrides, access, evaluation } = options;
+    let project = Project::of(input, &options.access)?;
+    open_in(input, options, project)
+}
+
+/// As [`open_with`], in a project that is known: the files that were looked for are known to it even where opening fails.
+///
+/// # Errors
+/// As [`open_with`].
+pub fn open_in(input: &Path, options: OpenOptions, project: Arc<Project>) -> Result<(Shot, Diagnostics), Diagnostics> {
+    let OpenOptions { defines, strict, overrides, access: _, evaluation, keep_scene, unpacked: _unpacked } = options;
     let path = input.to_path_buf();
-    let project = Project::of(input, &access)?;
     let name = input.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let source = input.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let ends_in = |ending: &str| input.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
     if ends_in("aff") {
-        return open_clip(input, &defines, strict, overrides, project);
+        let keep = Keep { scene: keep_scene, unpacked: _unpacked };
+        return open_clip(input, &defines, strict, overrides, project, keep);
     }
     if !ends_in("rhai") {
         if let Some((define, _)) = defines.first() {
@@ -156,11 +175,12 @@ pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostic
         let scene = Arc::new(scene);
         let base = BaseFingerprint::new(scene.clone(), Assets::new(scene.base.clone())).without_entities();
         let settings = scene.render.clone();
+        let authored = keep_scene.then(|| scene.clone());
         let stage = systems::spawn(Arc::unwrap_or_clone(scene))?;
         let scene_file = Some((path.clone(), project.clone()));
         let (meshes, entities_as_written) = (MeshFiles::default(), true);
         let input = Input { program: None, base, settings, overrides, meshes, scene_file, entities_as_written };
-        return Ok((Shot { name, source, stage, input, path, project }, warnings));
+        return Ok((Shot { name, source, stage, input, path, project, authored, _unpacked }, warnings));
     }
     let program = Program::open(input, &defines, &project, &evaluation)?;
     let scene_file = program.scene_path()?;
@@ -176,7 +196,7 @@ pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostic
     let edits = meshes.complete(&scene, program.setup(&scene)?)?;
     let mut stage = systems::spawn(Scene::clone(&scene))?;
     systems::animate(&mut stage, edits).map_err(|problems| in_setup(&program, &scene, problems))?;
-    drop(scene);
+    let authored = keep_scene.then_some(scene);
     let rest = Arc::new(systems::collect(&stage));
     let entities_as_written = rest.entities.len() == stage.entity_count();
     if !entities_as_written {
@@ -187,7 +207,7 @@ pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostic
     let base = BaseFingerprint::new(rest.clone(), Assets::new(rest.base.clone()));
     let program = Some((program, rest));
     let input = Input { program, base, settings, overrides, meshes, scene_file, entities_as_written };
-    Ok((Shot { name, source, stage, input, path, project }, warnings))
+    Ok((Shot { name, source, stage, input, path, project, authored, _unpacked }, warnings))
 }
 
 /// Mistakes that what `setup` has built has, with the places where it did.
@@ -200,6 +220,12 @@ fn in_setup(program: &Program, scene: &Arc<Scene>, mut problems: Diagnostics) ->
     problems
 }
 
+/// What a shot keeps beside what its frames are made from.
+struct Keep {
+    scene: bool,
+    unpacked: Option<Arc<tempfile::TempDir>>,
+}
+
 /// Opens a file that is a sequence without a script.
 fn open_clip(
     input: &Path,
@@ -207,6 +233,7 @@ fn open_clip(
     strict: bool,
     overrides: Overrides,
     project: Arc<Project>,
+    keep: Keep,
 ) -> Result<(Shot, Diagnostics), Diagnostics> {
     let frames = frames_of(defines)?;
     let (scene, warnings, show) = load::load_aff_in(input, strict, &project)?;
@@ -216,6 +243,7 @@ fn open_clip(
     let clip = ClipFrames { entity, clip: load::aff::CLIP.into(), span: show.time };
     let program = Program::of_clip(clip, frames.unwrap_or(show.frames), input, &project);
     let rest = Arc::new(scene);
+    let (authored, _unpacked) = (keep.scene.then(|| rest.clone()), keep.unpacked);
     let stage = systems::spawn(Scene::clone(&rest))?;
     let base = BaseFingerprint::new(rest.clone(), Assets::new(rest.base.clone()));
     let settings = rest.render.clone();
@@ -223,7 +251,7 @@ fn open_clip(
     let program = Some((program, rest));
     let (scene_file, entities_as_written) = (Some((path.clone(), project.clone())), true);
     let input = Input { program, base, settings, overrides, meshes, scene_file, entities_as_written };
-    Ok((Shot { name, source, stage, input, path, project }, warnings))
+    Ok((Shot { name, source, stage, input, path, project, authored, _unpacked }, warnings))
 }
 
 /// The number of frames that `-D frames=N` gives a sequence without a script.
