@@ -30,6 +30,11 @@ mod motion;
 mod oracles;
 #[path = "all/photon.rs"]
 mod photon;
+#[path = "all/preview.rs"]
+mod preview;
+#[cfg(feature = "preview")]
+#[path = "all/preview_page.rs"]
+mod preview_page;
 #[path = "all/region.rs"]
 mod region;
 #[path = "all/reuse.rs"]

@@ -14,13 +14,18 @@ mod merge;
 mod pack;
 mod pictures;
 mod plan;
+#[cfg(feature = "preview")]
+mod preview;
 mod progress;
 mod render;
 mod scenes;
+mod set;
 mod sheet;
 mod status;
 mod test;
 mod threads;
+#[cfg(feature = "preview")]
+mod watch;
 
 use std::ffi::OsString;
 use std::io::{IsTerminal, Write};
@@ -81,6 +86,14 @@ enum Command {
     Dump(scenes::DumpArguments),
     /// Write any scene that can be read as RON
     Convert(scenes::ConvertArguments),
+    /// Show a page that follows every edit: pictures, timeline, mistakes, fields
+    #[cfg(feature = "preview")]
+    Preview(Box<preview::PreviewArguments>),
+    /// Render again whenever a file of the input changes
+    #[cfg(feature = "preview")]
+    Watch(Box<watch::WatchArguments>),
+    /// Set values in a scene file, in place
+    Set(set::SetArguments),
     /// Compare two pictures, or two folders of them
     Diff(diff::DiffArguments),
     /// Test golden frames: render what changed, compare, and show why
@@ -102,7 +115,7 @@ impl Command {
     }
 }
 
-const COMMANDS: [&str; 18] = [
+const COMMANDS: [&str; 21] = [
     "render",
     "check",
     "plan",
@@ -114,6 +127,9 @@ const COMMANDS: [&str; 18] = [
     "sheet",
     "dump",
     "convert",
+    "set",
+    "preview",
+    "watch",
     "diff",
     "test",
     "info",
@@ -288,6 +304,11 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         Command::Sheet(arguments) => sheet::run(*arguments),
         Command::Dump(arguments) => scenes::dump(arguments),
         Command::Convert(arguments) => scenes::convert(arguments),
+        #[cfg(feature = "preview")]
+        Command::Preview(arguments) => preview::run(&arguments),
+        #[cfg(feature = "preview")]
+        Command::Watch(arguments) => watch::run(&arguments),
+        Command::Set(arguments) => set::run(&arguments),
         Command::Diff(arguments) => diff::diff(arguments),
         Command::Test(arguments) => test::run(arguments),
         Command::Info(arguments) => pictures::info(arguments),

@@ -17,6 +17,7 @@ use super::progress::{Mode, Progress};
 use super::{Exit, InputArguments, exit_code, film, frames, print, say, say_printed, usage};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::base::limits;
+use crate::base::project::Project;
 use crate::output::{FileState, FilmFormat, names};
 use crate::shot::plan::Plan;
 use crate::shot::run::{self, Event, FrameSource, Report, ReusePolicy};
@@ -166,7 +167,26 @@ pub fn plan_into(
     cancel: &AtomicBool,
 ) -> Result<(Shot, Plan), Diagnostics> {
     let options = arguments.input.options(arguments.look.overrides())?;
-    let (mut shot, warnings) = super::open(&arguments.input.input, options)?;
+    plan_opened(arguments, out, cancel, super::open(&arguments.input.input, options)?)
+}
+
+/// As [`plan_into`], in a project that is known.
+pub fn plan_in(
+    arguments: &FrameArguments,
+    out: Option<&str>,
+    cancel: &AtomicBool,
+    project: Arc<Project>,
+) -> Result<(Shot, Plan), Diagnostics> {
+    let options = arguments.input.options(arguments.look.overrides())?;
+    plan_opened(arguments, out, cancel, shot::open_in(&arguments.input.input, options, project)?)
+}
+
+fn plan_opened(
+    arguments: &FrameArguments,
+    out: Option<&str>,
+    cancel: &AtomicBool,
+    (mut shot, warnings): (Shot, Diagnostics),
+) -> Result<(Shot, Plan), Diagnostics> {
     say(&warnings);
     let count = shot.frames();
     let wanted = match &arguments.frames {

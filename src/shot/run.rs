@@ -373,7 +373,10 @@ fn write_all(
 }
 
 /// The bytes of a frame's file.
-fn encode(film: &Film, render: &Render, metadata: &Metadata, file: &Path) -> Result<Vec<u8>, Diagnostic> {
+///
+/// # Errors
+/// What the format cannot hold.
+pub fn encode(film: &Film, render: &Render, metadata: &Metadata, file: &Path) -> Result<Vec<u8>, Diagnostic> {
     let failed = |why: String| Diagnostic::error(format!("cannot encode {}: {why}", file.display())).because(Cause::Io);
     (format_of(file)?.encode)(film, render, metadata).map_err(failed)
 }

@@ -8,7 +8,7 @@ use std::process::Command;
 const FLOORS: &[&[&str]] = &[
     &["cli"],
     &["guide"],
-    &["farm"],
+    &["preview", "farm"],
     &["shot"],
     &["compare"],
     &["systems"],
@@ -34,6 +34,10 @@ const CRATES: &[(&str, &[&str])] = &[
     ("clap_mangen", &["cli"]),
     ("ctrlc", &["cli"]),
     ("rawzip", &["farm"]),
+    ("axum", &["preview"]),
+    ("tokio", &["preview"]),
+    ("notify", &["preview"]),
+    ("getrandom", &["preview"]),
 ];
 
 /// Rooms that may ask what time it is: nothing in them reaches a picture.
