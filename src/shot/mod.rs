@@ -220,6 +220,12 @@ fn in_setup(program: &Program, scene: &Arc<Scene>, mut problems: Diagnostics) ->
     problems
 }
 
+/// What a shot keeps beside what its frames are made from.
+struct Keep {
+    scene: bool,
+    unpacked: Option<Arc<tempfile::TempDir>>,
+}
+
 /// Opens a file that is a sequence without a script.
 fn open_clip(
     input: &Path,
@@ -227,6 +233,7 @@ fn open_clip(
     strict: bool,
     overrides: Overrides,
     project: Arc<Project>,
+    keep: Keep,
 ) -> Result<(Shot, Diagnostics), Diagnostics> {
     let frames = frames_of(defines)?;
     let (scene, warnings, show) = load::load_aff_in(input, strict, &project)?;
@@ -236,6 +243,7 @@ fn open_clip(
     let clip = ClipFrames { entity, clip: load::aff::CLIP.into(), span: show.time };
     let program = Program::of_clip(clip, frames.unwrap_or(show.frames), input, &project);
     let rest = Arc::new(scene);
+    let (authored, _unpacked) = (keep.scene.then(|| rest.clone()), keep.unpacked);
     let stage = systems::spawn(Scene::clone(&rest))?;
     let base = BaseFingerprint::new(rest.clone(), Assets::new(rest.base.clone()));
     let settings = rest.render.clone();

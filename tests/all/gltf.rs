@@ -165,6 +165,9 @@ fn a_file_that_is_wrong_says_where() {
     }
     sandbox.write("a.gltf", file.text(&required("KHR_lights_punctual")));
     assert!(scene_of(&sandbox, ALONE).is_ok());
+    sandbox.write("a.gltf", r#"{"asset": {"version": "1.0"}, "buffers": {"a": {"uri": "a.bin"}}, "nodes": {}}"#);
+    let old = scene_of(&sandbox, ALONE).unwrap_err();
+    assert!(old.contains("a.gltf:1:") && old.contains("glTF 1.0 is not read; version 2.0 is"), "{old}");
 }
 
 #[test]

@@ -257,9 +257,7 @@ impl MeshData {
                 sums[corner as usize] += weighted;
             }
         }
-        if self.has_seams() {
-            self.join_seams(&mut sums);
-        }
+        self.join_seams(&mut sums);
         sums.into_iter().map(|n| n.try_normalize().unwrap_or(Vec3::Y)).collect()
     }
 
@@ -269,12 +267,8 @@ impl MeshData {
         (b - a).cross(c - a)
     }
 
-    /// Whether vertices at one place may differ in something else.
-    pub(super) fn has_seams(&self) -> bool {
-        !self.uvs.is_empty() || !self.normals.is_empty() || !self.colors.is_empty()
-    }
-
-    /// Vertices that only differ in their texture coordinates get one normal: the seam of a texture is no crease.
+    /// Vertices at one place get one normal: neither the seam of a texture nor that of a ball that was rolled from a sheet
+    /// is a crease.
     fn join_seams(&self, sums: &mut [Vec3]) {
         let mut joined: FxHashMap<[u32; 3], Vec3> = FxHashMap::default();
         for (v, sum) in self.vertices.iter().zip(sums.iter()) {

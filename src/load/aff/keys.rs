@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::curves::{CurveKey, positions, rotations};
 use super::scan::{AffWord, Scan};
-use super::{Reader, Stopped};
+use super::{Reader, AffStop};
 use crate::base::diagnostics::Place;
 use crate::components::{KeyInterpolation, Text, Track, TrackProperty};
 
@@ -56,7 +56,7 @@ pub fn axis_angle(axis: DVec3, angle: f64) -> [f64; 4] {
 
 impl Reader {
     /// `k name { transl n ... rot n ... scale n ... visibility n ... }`
-    pub fn keyed(&mut self, scan: &mut Scan) -> Result<(), Stopped> {
+    pub fn keyed(&mut self, scan: &mut Scan) -> Result<(), AffStop> {
         let name = self.word(scan, "the name of what is keyed")?;
         self.expect(scan, "{")?;
         let mut keys = Keys {
@@ -99,7 +99,7 @@ impl Reader {
         Ok(())
     }
 
-    fn curve(&mut self, scan: &mut Scan, word: AffWord) -> Result<Vec<CurveKey<DVec3>>, Stopped> {
+    fn curve(&mut self, scan: &mut Scan, word: AffWord) -> Result<Vec<CurveKey<DVec3>>, AffStop> {
         let count = self.curve_count(scan, word, 7)?;
         let mut keys = Vec::new();
         for _ in 0..count {
@@ -110,7 +110,7 @@ impl Reader {
         Ok(keys)
     }
 
-    fn curve_count(&mut self, scan: &mut Scan, word: AffWord, each: usize) -> Result<usize, Stopped> {
+    fn curve_count(&mut self, scan: &mut Scan, word: AffWord, each: usize) -> Result<usize, AffStop> {
         let count = self.count(scan, each)?;
         if count < 4 {
             return self.fail(scan, word, format!("`{}` needs four keys at least, and has {count}", word.text));
@@ -118,7 +118,7 @@ impl Reader {
         Ok(count)
     }
 
-    fn in_order(&mut self, scan: &Scan, word: AffWord, times: impl Iterator<Item = f64>) -> Result<(), Stopped> {
+    fn in_order(&mut self, scan: &Scan, word: AffWord, times: impl Iterator<Item = f64>) -> Result<(), AffStop> {
         let times: Vec<f64> = times.collect();
         if times.windows(2).all(|pair| pair[0] <= pair[1]) {
             return Ok(());

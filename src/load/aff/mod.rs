@@ -50,7 +50,7 @@ const KEYWORDS: [&str; 21] =
     ["v", "b", "l", "la", "f", "fm", "c", "s", "p", "pp", "i", "d", "tt", "ttp", "tpa", "m", "xs", "x", "k", "a", "am"];
 
 /// Stops the reading; what is wrong has been reported.
-struct Stopped;
+struct AffStop;
 
 /// What is read once for the whole of a scene.
 struct Reader {
@@ -118,7 +118,7 @@ impl Reader {
     }
 
     /// Reads records up to the end of the file, or to the bracket that closes those of a transform.
-    fn records(&mut self, scan: &mut Scan, parent: Option<usize>) -> Result<(), Stopped> {
+    fn records(&mut self, scan: &mut Scan, parent: Option<usize>) -> Result<(), AffStop> {
         while let Some(word) = scan.next() {
             if word.text == "}" {
                 self.close(parent);
@@ -137,7 +137,7 @@ impl Reader {
         Ok(())
     }
 
-    fn record(&mut self, scan: &mut Scan, word: Word, parent: Option<usize>) -> Result<(), Stopped> {
+    fn record(&mut self, scan: &mut Scan, word: Word, parent: Option<usize>) -> Result<(), AffStop> {
         match word.text {
             "v" => self.view(scan, word)?,
             "b" => self.show.background = self.vector(scan)?.max(DVec3::ZERO),
@@ -178,15 +178,15 @@ impl Reader {
                     if word.number().is_some() { "a number where a keyword was expected" } else { "unknown keyword" };
                 let error = Diagnostic::error(format!("{what}: `{}`", word.short())).at(scan.place(word));
                 self.found.push(Diagnostic { help, ..error });
-                return Err(Stopped);
+                return Err(AffStop);
             }
         }
         Ok(())
     }
 
-    fn fail<T>(&mut self, scan: &Scan, word: Word, message: impl Into<String>) -> Result<T, Stopped> {
+    fn fail<T>(&mut self, scan: &Scan, word: Word, message: impl Into<String>) -> Result<T, AffStop> {
         self.found.push(Diagnostic::error(message).at(scan.place(word)));
-        Err(Stopped)
+        Err(AffStop)
     }
 
     fn warn(&mut self, scan: &Scan, word: Word, message: impl Into<String>) {
@@ -195,14 +195,14 @@ impl Reader {
         }
     }
 
-    fn word<'a>(&mut self, scan: &mut Scan<'a>, what: &str) -> Result<Word<'a>, Stopped> {
+    fn word<'a>(&mut self, scan: &mut Scan<'a>, what: &str) -> Result<Word<'a>, AffStop> {
         match scan.next() {
             Some(word) => Ok(word),
             None => self.fail(scan, scan.end(), format!("the file ends where {what} was expected")),
         }
     }
 
-    fn number(&mut self, scan: &mut Scan) -> Result<f64, Stopped> {
+    fn number(&mut self, scan: &mut Scan) -> Result<f64, AffStop> {
         let word = self.word(scan, "a number")?;
         match word.number() {
             Some(x) => Ok(x),
@@ -210,7 +210,7 @@ impl Reader {
         }
     }
 
-    fn numbers<const N: usize>(&mut self, scan: &mut Scan) -> Result<[f64; N], Stopped> {
+    fn numbers<const N: usize>(&mut self, scan: &mut Scan) -> Result<[f64; N], AffStop> {
         let mut all = [0.0; N];
         for x in &mut all {
             *x = self.number(scan)?;
@@ -218,12 +218,12 @@ impl Reader {
         Ok(all)
     }
 
-    fn vector(&mut self, scan: &mut Scan) -> Result<DVec3, Stopped> {
+    fn vector(&mut self, scan: &mut Scan) -> Result<DVec3, AffStop> {
         self.numbers(scan).map(DVec3::from_array)
     }
 
     /// A count of what follows, each thing of so many numbers: believed only if the text has room for it.
-    fn count(&mut self, scan: &mut Scan, each: usize) -> Result<usize, Stopped> {
+    fn count(&mut self, scan: &mut Scan, each: usize) -> Result<usize, AffStop> {
         let word = self.word(scan, "a count")?;
         let count = word.number().filter(|x| *x == x.trunc() && *x >= 0.0).map(|x| x as usize);
         match count {
@@ -235,7 +235,7 @@ impl Reader {
         }
     }
 
-    fn expect(&mut self, scan: &mut Scan, wanted: &str) -> Result<(), Stopped> {
+    fn expect(&mut self, scan: &mut Scan, wanted: &str) -> Result<(), AffStop> {
         let word = self.word(scan, &format!("`{wanted}`"))?;
         if word.text == wanted {
             return Ok(());
@@ -250,7 +250,7 @@ impl Reader {
         self.nodes.len() - 1
     }
 
-    fn view(&mut self, scan: &mut Scan, word: Word) -> Result<(), Stopped> {
+    fn view(&mut self, scan: &mut Scan, word: Word) -> Result<(), AffStop> {
         let mut three = [DVec3::ZERO; 3];
         for (name, v) in ["from", "at", "up"].into_iter().zip(&mut three) {
             self.expect(scan, name)?;
@@ -282,7 +282,7 @@ impl Reader {
         Ok(())
     }
 
-    fn light(&mut self, scan: &mut Scan, word: Word, parent: Option<usize>) -> Result<(), Stopped> {
+    fn light(&mut self, scan: &mut Scan, word: Word, parent: Option<usize>) -> Result<(), AffStop> {
         let name = if word.text == "la" { Some(self.word(scan, "the name of a light")?) } else { None };
         let position = self.vector(scan)?;
         let is_number = |scan: &mut Scan| scan.peek().is_some_and(|next| next.number().is_some());
@@ -342,7 +342,7 @@ impl Reader {
         self.inner.join(word.text).to_string_lossy().replace('\\', "/")
     }
 
-    fn shape(&mut self, scan: &Scan, word: Word, parent: Option<usize>, shape: Component) -> Result<(), Stopped> {
+    fn shape(&mut self, scan: &Scan, word: Word, parent: Option<usize>, shape: Component) -> Result<(), AffStop> {
         if let Err(invalid) = shape.record().check() {
             self.warn(scan, word, format!("{}; skipped", invalid.message));
             return Ok(());
@@ -374,7 +374,7 @@ impl Reader {
         }
     }
 
-    fn transform(&mut self, scan: &mut Scan, word: Word, parent: Option<usize>) -> Result<(), Stopped> {
+    fn transform(&mut self, scan: &mut Scan, word: Word, parent: Option<usize>) -> Result<(), AffStop> {
         let (called, transform) = if word.text == "xs" {
             let n: [f64; 10] = self.numbers(scan)?;
             let v = |i: usize| DVec3::new(n[i], n[i + 1], n[i + 2]);
@@ -403,7 +403,7 @@ impl Reader {
         self.records(scan, Some(place))
     }
 
-    fn include(&mut self, scan: &mut Scan, parent: Option<usize>) -> Result<(), Stopped> {
+    fn include(&mut self, scan: &mut Scan, parent: Option<usize>) -> Result<(), AffStop> {
         let level = self.number(scan)?;
         let word = self.word(scan, "the name of a file")?;
         if level > self.detail {
@@ -421,7 +421,7 @@ impl Reader {
             Err(problem) => {
                 let error = Diagnostic::error(problem.message).at(scan.place(word));
                 self.found.push(Diagnostic { help: problem.help, ..error });
-                return Err(Stopped);
+                return Err(AffStop);
             }
         };
         self.open.push(path.clone());

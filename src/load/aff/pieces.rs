@@ -6,7 +6,7 @@ use glam::{DVec3, Vec2, Vec3};
 use rustc_hash::FxHashMap;
 
 use super::scan::{AffWord, Scan};
-use super::{Reader, Stopped};
+use super::{Reader, AffStop};
 use crate::base::digest::Digest;
 use crate::base::limits;
 use crate::components::{KeyInterpolation, MeshData, MorphData, MorphTarget, Text, Track, TrackProperty};
@@ -130,7 +130,7 @@ pub fn track(node: Text, times: &[f64]) -> Track {
 
 impl Reader {
     /// `p`, or `pp` with a normal at each corner.
-    pub fn polygon(&mut self, scan: &mut Scan, word: AffWord) -> Result<(), Stopped> {
+    pub fn polygon(&mut self, scan: &mut Scan, word: AffWord) -> Result<(), AffStop> {
         let patch = word.text == "pp";
         let count = self.count(scan, if patch { 6 } else { 3 })?;
         if count > limits::POLYGON_VERTICES {
@@ -150,7 +150,7 @@ impl Reader {
     }
 
     /// `tt`, or `ttp` with a normal at each corner: a triangle with a texture.
-    pub fn textured(&mut self, scan: &mut Scan, word: AffWord) -> Result<(), Stopped> {
+    pub fn textured(&mut self, scan: &mut Scan, word: AffWord) -> Result<(), AffStop> {
         let name = self.word(scan, "the name of a texture")?;
         let texture = self.texture(scan, name);
         let mut corners = [Corner::default(); 3];
@@ -167,7 +167,7 @@ impl Reader {
     }
 
     /// `tpa`: a triangle that is another one at each of its times.
-    pub fn moving_triangle(&mut self, scan: &mut Scan, word: AffWord) -> Result<(), Stopped> {
+    pub fn moving_triangle(&mut self, scan: &mut Scan, word: AffWord) -> Result<(), AffStop> {
         let count = self.count(scan, 19)?;
         if count == 0 {
             return self.fail(scan, word, "`tpa` needs a time at least");
@@ -200,7 +200,7 @@ impl Reader {
     }
 
     /// `m`: vertices, normals and texture coordinates, each if there are any, and triangles over them.
-    pub fn mesh(&mut self, scan: &mut Scan) -> Result<(), Stopped> {
+    pub fn mesh(&mut self, scan: &mut Scan) -> Result<(), AffStop> {
         self.expect(scan, "vertices")?;
         let points = self.vectors(scan)?;
         let (mut normals, mut uvs, mut texture) = (Vec::new(), Vec::new(), None);
@@ -258,12 +258,12 @@ impl Reader {
         Ok(())
     }
 
-    fn vectors(&mut self, scan: &mut Scan) -> Result<Vec<DVec3>, Stopped> {
+    fn vectors(&mut self, scan: &mut Scan) -> Result<Vec<DVec3>, AffStop> {
         let count = self.count(scan, 3)?;
         (0..count).map(|_| self.vector(scan)).collect()
     }
 
-    fn index(&mut self, scan: &mut Scan, there: usize) -> Result<u32, Stopped> {
+    fn index(&mut self, scan: &mut Scan, there: usize) -> Result<u32, AffStop> {
         let word = self.word(scan, "an index")?;
         match word.number().filter(|x| *x == x.trunc() && *x >= 0.0 && *x < there as f64) {
             Some(x) => Ok(x as u32),

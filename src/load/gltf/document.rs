@@ -11,7 +11,8 @@ use std::sync::OnceLock;
 
 use serde::Deserialize;
 
-use super::json::{Index, RootJson, ViewJson, extension};
+use super::glb::chunks;
+use super::json::{Index, RootJson, VersionJson, ViewJson, extension};
 use super::meshopt::{self, MeshoptFilter, MeshoptMode};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place};
 use crate::base::project::{FileRole, Folder};
@@ -294,7 +295,14 @@ fn text(bytes: &[u8], name: &str) -> Result<String, Diagnostics> {
 
 fn parse(text: &str, name: &str, binary: bool) -> Result<RootJson, Diagnostics> {
     let mut reader = serde_json::Deserializer::from_str(text);
-    RootJson::deserialize(&mut reader).and_then(|root| reader.end().map(|()| root)).map_err(|e| {
+    let read = RootJson::deserialize(&mut reader).and_then(|root| reader.end().map(|()| root));
+    read.or_else(|e| {
+        // Files of another version have another form; of what version they are is judged later.
+        let asset = serde_json::from_str::<VersionJson>(text).unwrap_or_default().asset;
+        let is_other = !asset.version.is_empty() && !asset.version.starts_with("2.");
+        if is_other { Ok(RootJson { asset, ..RootJson::default() }) } else { Err(e) }
+    })
+    .map_err(|e| {
         let said = e.to_string();
         let message = said.split(" at line ").next().unwrap_or(&said).to_string();
         if binary || e.line() == 0 {
@@ -302,35 +310,6 @@ fn parse(text: &str, name: &str, binary: bool) -> Result<RootJson, Diagnostics> 
         }
         Diagnostic::error(message).at(Place::of_position(name, text, e.line() as u32, e.column().max(1) as u32)).into()
     })
-}
-
-/// The chunks of a .glb: where its JSON stands, and its binary data if there are any.
-fn chunks(bytes: &[u8]) -> Result<(Range<usize>, Option<Range<usize>>), String> {
-    let word = |at: usize| bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
-    match word(4) {
-        Some(2) => {}
-        Some(version) => return Err(format!("binary glTF of version {version} is not read; version 2 is")),
-        None => return Err("the file ends in its header".into()),
-    }
-    let declared = word(8).ok_or("the file ends in its header")? as usize;
-    if declared > bytes.len() {
-        return Err(format!("the file has {} bytes of the {declared} it declares", bytes.len()));
-    }
-    let (mut json, mut binary, mut at) = (None, None, 12);
-    while at + 8 <= declared {
-        let (Some(length), Some(kind)) = (word(at), word(at + 4)) else { break };
-        let range = at + 8..(at + 8).saturating_add(length as usize);
-        if range.end > declared {
-            return Err(format!("a chunk of {length} bytes at byte {at} goes on past the end of the file"));
-        }
-        at = range.end;
-        match kind.to_le_bytes() {
-            [b'J', b'S', b'O', b'N'] if json.is_none() => json = Some(range),
-            [b'B', b'I', b'N', 0] if binary.is_none() => binary = Some(range),
-            _ => {}
-        }
-    }
-    json.map(|json| (json, binary)).ok_or_else(|| "the file has no chunk of JSON".into())
 }
 
 /// Where compressed data of a view are, and how they are to be read.

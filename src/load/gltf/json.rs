@@ -83,6 +83,11 @@ json! {
 }
 
 json! {
+    /// What files of every version have.
+    VersionJson { asset: AssetJson }
+}
+
+json! {
     SceneJson { name: Option<String>, nodes: Vec<Index> }
 }
 

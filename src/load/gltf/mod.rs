@@ -8,6 +8,7 @@ mod accessor;
 mod clips;
 mod document;
 mod extensions;
+mod glb;
 mod json;
 mod lights;
 mod material;
