@@ -163,8 +163,8 @@ pub fn open_in(input: &Path, options: OpenOptions, project: Arc<Project>) -> Res
     let source = input.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let ends_in = |ending: &str| input.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
     if ends_in("aff") {
-        let (shot, warnings) = open_clip(input, &defines, strict, overrides, project)?;
-        return Ok((Shot { _unpacked, ..shot }, warnings));
+        let keep = Keep { scene: keep_scene, unpacked: _unpacked };
+        return open_clip(input, &defines, strict, overrides, project, keep);
     }
     if !ends_in("rhai") {
         if let Some((define, _)) = defines.first() {
@@ -220,6 +220,12 @@ fn in_setup(program: &Program, scene: &Arc<Scene>, mut problems: Diagnostics) ->
     problems
 }
 
+/// What a shot keeps beside what its frames are made from.
+struct Keep {
+    scene: bool,
+    unpacked: Option<Arc<tempfile::TempDir>>,
+}
+
 /// Opens a file that is a sequence without a script.
 fn open_clip(
     input: &Path,
@@ -227,6 +233,7 @@ fn open_clip(
     strict: bool,
     overrides: Overrides,
     project: Arc<Project>,
+    keep: Keep,
 ) -> Result<(Shot, Diagnostics), Diagnostics> {
     let frames = frames_of(defines)?;
     let (scene, warnings, show) = load::load_aff_in(input, strict, &project)?;
@@ -236,6 +243,7 @@ fn open_clip(
     let clip = ClipFrames { entity, clip: load::aff::CLIP.into(), span: show.time };
     let program = Program::of_clip(clip, frames.unwrap_or(show.frames), input, &project);
     let rest = Arc::new(scene);
+    let (authored, _unpacked) = (keep.scene.then(|| rest.clone()), keep.unpacked);
     let stage = systems::spawn(Scene::clone(&rest))?;
     let base = BaseFingerprint::new(rest.clone(), Assets::new(rest.base.clone()));
     let settings = rest.render.clone();
@@ -243,7 +251,7 @@ fn open_clip(
     let program = Some((program, rest));
     let (scene_file, entities_as_written) = (Some((path.clone(), project.clone())), true);
     let input = Input { program, base, settings, overrides, meshes, scene_file, entities_as_written };
-    Ok((Shot { name, source, stage, input, path, project, authored: None, _unpacked: None }, warnings))
+    Ok((Shot { name, source, stage, input, path, project, authored, _unpacked }, warnings))
 }
 
 /// The number of frames that `-D frames=N` gives a sequence without a script.
