@@ -8,6 +8,7 @@
 //! one frame is rendered the one before is encoded and written.
 
 mod assets;
+mod bands;
 mod description;
 mod files;
 pub mod fingerprint;
