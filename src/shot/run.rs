@@ -98,7 +98,7 @@ struct RenderedFrame {
 /// A picture before it is written.
 enum FrameContent {
     /// Means of samples.
-    Film(Film),
+    Film(Box<Film>),
     /// The file of the first of its frames: it was made in bands.
     Encoded(Vec<u8>),
 }
@@ -235,7 +235,7 @@ fn render_frame(
     if let Some((mix, (film, render, stats))) = mixed {
         check_assets(shot)?;
         let render = mix.settings(&shot.input.base, fingerprint, &render);
-        return Ok(Some(RenderedFrame { frames, content: FrameContent::Film(film), render, stats, start }));
+        return Ok(Some(RenderedFrame { frames, content: FrameContent::Film(film.into()), render, stats, start }));
     }
     let mut partial = PartialFrame::default();
     if let Some(mix) = mix {
@@ -288,7 +288,7 @@ fn render_frame(
     if let Some(mix) = mix {
         reuse_cache.keep_light_groups(mix, films, &render, stats.seed, &run[index + 1..]);
     }
-    Ok(Some(RenderedFrame { frames, content: FrameContent::Film(film), render, stats, start }))
+    Ok(Some(RenderedFrame { frames, content: FrameContent::Film(film.into()), render, stats, start }))
 }
 
 fn check_assets(shot: &Shot) -> Result<(), Diagnostics> {

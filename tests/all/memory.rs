@@ -32,7 +32,7 @@ fn frames_that_do_not_fit_are_made_in_bands_to_the_same_bytes() {
     );
     for (name, look) in [
         ("twins", "--size 220x210 --denoise -o OUT/f.####.exr --aovs depth,normal,albedo,position,motion"),
-        ("lights", "--size 300x260 -o OUT/f.####.png"),
+        ("lights", "--size 200x180 --denoise -o OUT/f.####.png"),
         ("blur", "--size 240x170 --region 3,5,200,160 -o OUT/f.####.exr --frames 2 --aovs depth,normal,position"),
     ] {
         let run = |out: &str, more: &str| {
@@ -40,7 +40,8 @@ fn frames_that_do_not_fit_are_made_in_bands_to_the_same_bytes() {
             sandbox.anim(&format!("{name}.rhai {look} {more} --stats json")).ok().stdout
         };
         let (whole, banded) = (run("whole", ""), run("bands", "--memory 16"));
-        assert!(whole.contains("\"bands\":0") && !banded.contains("\"bands\":1,"), "{name}\n{whole}\n{banded}");
+        let in_bands = (2..30).any(|bands| banded.contains(&format!("\"bands\":{bands},")));
+        assert!(whole.contains("\"bands\":0,") && in_bands, "{name}\n{whole}\n{banded}");
         let whole = pictures(&sandbox, &format!("{name}-whole/"));
         assert!(!whole.is_empty() && whole == pictures(&sandbox, &format!("{name}-bands/")), "{name}\n{banded}");
     }
@@ -66,5 +67,5 @@ fn many_primitives_are_refused_before_anything_is_built_over_them() {
     let mut scene = String::from("(render: (size: (8, 8), samples: 1), entities: [");
     (0..60_000).for_each(|i| scene.push_str(&format!("(sphere: (radius: 0.1{i})),")));
     sandbox.write("a.ron", scene + "])");
-    sandbox.anim("a.ron -o a.png --memory 24").fails(3, &["60000 primitives", "--memory"]);
+    sandbox.anim("a.ron -o a.png --accel grid --memory 24").fails(3, &["60000 primitives", "--memory"]);
 }

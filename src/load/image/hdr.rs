@@ -62,9 +62,9 @@ pub fn header(bytes: &[u8]) -> Result<HdrHeader, String> {
     let [first, lines, second, length] = words[..] else { return Err(wrong()) };
     let [lines, length] = [lines, length].map(|word| word.parse::<u32>().ok());
     let (Some(lines), Some(length)) = (lines, length) else { return Err(wrong()) };
-    let columns = match (&first[1..], &second[1..]) {
-        ("Y", "X") => false,
-        ("X", "Y") => true,
+    let columns = match (first.get(1..), second.get(1..)) {
+        (Some("Y"), Some("X")) => false,
+        (Some("X"), Some("Y")) => true,
         _ => return Err(wrong()),
     };
     let [x, y] = if columns { [first, second] } else { [second, first] };

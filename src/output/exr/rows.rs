@@ -16,8 +16,8 @@ use ::exr::prelude::{
 };
 use rayon::prelude::*;
 
+use super::channels::{ChannelDigests, channels_of};
 use super::header::{self, text_of};
-use super::{ChannelDigests, channels_of};
 use crate::base::digest::Digest;
 use crate::components::Render;
 use crate::film::{Film, PixelBounds};

@@ -263,7 +263,7 @@ fn element<R: Read + Seek>(source: &mut Source<R>, at: u64, to: u64) -> Option<(
     let size = source.number(size_at, size_length)? & mask;
     let data = size_at + size_length;
     // All ones: up to the end of what it lies in.
-    let size = if size == mask { to - data } else { size };
+    let size = if size == mask { to.checked_sub(data)? } else { size };
     (data.checked_add(size)? <= to).then_some((kind, data, size))
 }
 
