@@ -1,7 +1,7 @@
 //! The pages: their names, their order and what stands on them.
 
 use super::fields::{blocks as fields_of, entity_records, other_records};
-use super::{Block, CodeKind, Entry, coming_from, language, mistakes};
+use super::{Block, CodeKind, GuideEntry, coming_from, language, mistakes};
 use crate::script::{CHAPTERS, Function};
 
 /// A page of the guide.
@@ -157,12 +157,12 @@ fn render() -> Vec<Block> {
 
 /// A function as an entry.
 fn function(function: &Function) -> Block {
-    Block::Entry(Entry {
+    Block::GuideEntry(GuideEntry {
         forms: function.forms.iter().map(|form| form.to_string()).collect(),
         text: function.text.to_string(),
         arguments: function.arguments.iter().map(|(name, text)| (name.to_string(), text.to_string())).collect(),
         example: Some((CodeKind::Script, function.example.to_string())),
-        ..Entry::default()
+        ..GuideEntry::default()
     })
 }
 

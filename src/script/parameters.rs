@@ -5,10 +5,10 @@ use std::fmt;
 use ::rhai::{Array, Dynamic, Map};
 use glam::DVec3;
 
+use super::context::ScriptContext;
 use super::convert::{describe, number, to_dynamic, to_value, vector};
 use super::errors::{Fallible, complain};
 use super::options::CallOptions;
-use super::shared::Shared;
 use super::table::{Chapter, Function};
 use crate::base::codec::{Codec, Decoder, Encoder, Malformed};
 use crate::base::color::srgb_decode;
@@ -320,7 +320,7 @@ fn words(options: &CallOptions, list: &Dynamic) -> Fallible<Vec<Text>> {
 
 /// The value given by `-D`, read as the declaration says; the default if none is given.
 fn param(name: &str, default: &Dynamic, options: &Map) -> Fallible<Dynamic> {
-    let shared = Shared::current("param")?;
+    let shared = ScriptContext::current("param")?;
     let parameter = Parameter::declare(name, default, options)?;
     shared.declare(&parameter)?;
     let Some((_, given)) = shared.defines.iter().rev().find(|(known, _)| known == name) else {

@@ -7,6 +7,7 @@
 //! applied, it is rendered, they are taken back; where the shutter is open, so for each of its [`Slice`]s of time. While
 //! one frame is rendered the one before is encoded and written.
 
+pub mod advice;
 mod assets;
 mod bands;
 mod description;

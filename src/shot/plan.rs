@@ -280,12 +280,12 @@ fn light_mixes_of(
     light_mix::find(&shot.input.base, known.into_values().chain(&others))
 }
 
-/// Sees to it that every one of these frames can be rendered.
+/// Sees to it that every one of these frames can be rendered; gives them as data.
 ///
 /// # Errors
 /// The mistakes of the first frame that has any.
-pub fn check(shot: &mut Shot, frames: &[u32]) -> Result<(), Diagnostics> {
-    evaluate(shot, frames, None, &AtomicBool::new(false))?.into_iter().try_for_each(|fingerprint| fingerprint.map(drop))
+pub fn check(shot: &mut Shot, frames: &[u32]) -> Result<Vec<Fingerprint>, Diagnostics> {
+    evaluate(shot, frames, None, &AtomicBool::new(false))?.into_iter().collect()
 }
 
 fn evaluate(
