@@ -159,6 +159,14 @@ mod tests {
         Ok((header.size, texels(bytes, &header)?))
     }
 
+    #[test]
+    fn a_resolution_of_other_letters_is_none() {
+        for resolution in ["\u{fffd} 2 X 6", "-Y 2 \u{e9} 6", "Y 2 X 6", "- 2 + 6"] {
+            let said = read(format!("#?RADIANCE\n\n{resolution}\n").as_bytes()).unwrap_err();
+            assert!(said.contains("is no resolution"), "{said}");
+        }
+    }
+
     /// Red values of a picture whose texels count from 1, with this resolution.
     fn reds(resolution: &str) -> Vec<f32> {
         let mut bytes = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{resolution}\n").into_bytes();

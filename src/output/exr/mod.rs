@@ -12,13 +12,12 @@ use std::borrow::Cow;
 use std::io::Cursor;
 
 use ::exr::meta::MetaData;
-use ::exr::prelude::{AnyChannel, AnyChannels, FlatSamples, Image, Layer, ReadChannels, ReadLayers, Text, f16, read};
+use ::exr::prelude::{AnyChannels, FlatSamples, Image, Layer, ReadChannels, ReadLayers, Text, read};
 
 use super::format::{Decoded, Format, PictureHeader};
-use crate::base::digest::{Digest, Hasher};
+use crate::base::digest::Digest;
 use crate::base::limits;
-use crate::components::{Aov, Render};
-use crate::film::Film;
+use channels::ChannelDigests;
 pub use parts::read_exr_parts;
 
 /// OpenEXR in the table of formats.
@@ -127,7 +126,8 @@ fn read_image(bytes: &[u8]) -> Result<([u32; 2], FlatImage), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::PixelBounds;
+    use crate::components::{Aov, Render};
+    use crate::film::{Film, PixelBounds};
     use crate::output::metadata::Metadata;
 
     fn file() -> Vec<u8> {

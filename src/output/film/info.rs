@@ -321,6 +321,14 @@ mod tests {
         film_info(&mut Source { file: Cursor::new(bytes), end: bytes.len() as u64 })
     }
 
+    #[test]
+    fn an_element_that_goes_on_to_the_end_of_too_short_a_film_is_none() {
+        let bytes = b"\x1a\x45\xdf\xa3\x84\x01\x02\x03\x04\x18\x53\x80\x67\x84\x15\x7f\xff\xff\xff";
+        for length in 0..=bytes.len() {
+            assert_eq!(of(&bytes[..length]).map(|film| film.frames).unwrap_or(0), 0);
+        }
+    }
+
     fn boxed(kind: &[u8; 4], parts: &[&[u8]]) -> Vec<u8> {
         let data = parts.concat();
         [&(data.len() as u32 + 8).to_be_bytes()[..], kind, &data].concat()
