@@ -2,12 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 
 use super::{AccessArguments, Exit, evaluation, exit_code, parse_define, print, say, say_printed};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Severity};
-use crate::components;
-use crate::script::{Parameter, ParameterKind};
+use crate::script::Parameter;
 use crate::shot::{self, OpenOptions, Shot};
 
 #[derive(clap::Args)]
@@ -100,7 +99,7 @@ fn check(input: &Path, arguments: &CheckArguments, said: &mut Diagnostics) -> Re
         evaluation: evaluation()?,
         ..OpenOptions::default()
     };
-    let (mut shot, warnings) = shot::open_with(input, options)?;
+    let (mut shot, warnings) = super::open(input, options)?;
     said.0.extend(warnings.0);
     let frames: Vec<u32> = (1..=shot.frames()).collect();
     let checked = shot::plan::check(&mut shot, &frames);
@@ -109,7 +108,7 @@ fn check(input: &Path, arguments: &CheckArguments, said: &mut Diagnostics) -> Re
     said.0.extend(shot::advice::advice(&mut shot, &fingerprints).0);
     let mut json = Map::new();
     if arguments.params {
-        json.insert("parameters".into(), shot.parameters().iter().map(parameter_json).collect());
+        json.insert("parameters".into(), shot.parameters().iter().map(Parameter::to_json).collect());
         return Ok(CheckAnswer { text: parameters_text(&shot), json });
     }
     let what = if shot.is_sequence() { format!("{} frames", frames.len()) } else { "one picture".into() };
@@ -159,45 +158,4 @@ fn diagnostic_json(one: &Diagnostic) -> Value {
 
 fn parameters_text(shot: &Shot) -> String {
     shot.parameters().iter().map(|parameter| format!("{}\n", parameter.line())).collect()
-}
-
-fn parameter_json(parameter: &Parameter) -> Value {
-    let mut out = Map::new();
-    out.insert("name".into(), parameter.name.to_string().into());
-    out.insert("kind".into(), parameter.kind.word().into());
-    out.insert("default".into(), value_json(&parameter.default));
-    match &parameter.kind {
-        ParameterKind::Number(range) | ParameterKind::Whole(range) => {
-            for (name, limit) in [("min", range.min), ("max", range.max), ("step", range.step)] {
-                if let Some(x) = limit {
-                    let is_whole = matches!(parameter.kind, ParameterKind::Whole(_));
-                    out.insert(name.into(), if is_whole { json!(x as i64) } else { json!(x) });
-                }
-            }
-        }
-        ParameterKind::Choice(words) => {
-            let words: Vec<&str> = words.iter().map(|word| &**word).collect();
-            out.insert("choices".into(), json!(words));
-        }
-        ParameterKind::Switch | ParameterKind::Color | ParameterKind::Vector | ParameterKind::Text => {}
-    }
-    if let Some(label) = &parameter.label {
-        out.insert("label".into(), label.to_string().into());
-    }
-    Value::Object(out)
-}
-
-fn value_json(value: &components::Value) -> Value {
-    match value {
-        components::Value::Unit => Value::Null,
-        components::Value::Bool(b) => json!(b),
-        components::Value::Int(i) => json!(i),
-        components::Value::Number(x) => json!(x),
-        components::Value::Text(text) => json!(&**text),
-        components::Value::Vec3(v) => json!([v.x, v.y, v.z]),
-        components::Value::List(items) => Value::Array(items.iter().map(value_json).collect()),
-        components::Value::Map(entries) => {
-            Value::Object(entries.iter().map(|(key, value)| (key.to_string(), value_json(value))).collect())
-        }
-    }
 }

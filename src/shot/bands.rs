@@ -10,10 +10,11 @@ use glam::Vec3;
 
 use super::{Shot, Slice, files, shutter};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::digest::Digest;
 use crate::base::{limits, memory};
 use crate::components::Render;
 use crate::film::{Film, PixelBounds, RowDenoiser};
-use crate::output::{Format, Provenance, frame_metadata};
+use crate::output::{Format, Provenance, frame_metadata, with_whole};
 use crate::systems::{self, FrameStats, LightGroups, PartialFrame, TileGrid};
 
 /// How a frame is made.
@@ -49,6 +50,8 @@ pub struct BandedFrame<'a> {
     pub factors: Vec<Vec3>,
     /// Of the file that the frame is encoded for.
     pub provenance: &'a Provenance,
+    /// The hash of the whole frame, of a tile.
+    pub whole: Option<Digest>,
     pub file: &'a Path,
 }
 
@@ -67,6 +70,7 @@ pub fn render(
     let mut bands = BandRenderer::new(shot, frame);
     let Some(first) = bands.next(cancel, progress)? else { return Ok(None) };
     let metadata = frame_metadata(frame.provenance, bands.stats.seed, &frame.settings);
+    let metadata = with_whole(metadata, frame.whole);
     let (mut first, mut failure, mut cancelled) = (Some(first), None, false);
     let mut next = || {
         first.take().or_else(|| match bands.next(cancel, progress) {

@@ -175,6 +175,11 @@ impl BaseFingerprint {
         self.assets.content(text)
     }
 
+    /// Feeds the content of every file that a value names.
+    pub fn feed_files(&self, value: &Value, hasher: &mut Hasher) {
+        self.assets.feed(value, hasher);
+    }
+
     /// A file that the scene names and that has changed since it was hashed.
     pub fn changed_asset(&self) -> Option<String> {
         self.assets.changed()

@@ -21,6 +21,7 @@ mod extract;
 mod hierarchy;
 mod lens;
 mod lights;
+mod open_window;
 mod previous_frame;
 mod references;
 mod render;
@@ -37,8 +38,10 @@ pub use collect::collect;
 pub use hierarchy::update as update_hierarchy;
 pub use lights::{EmitterId, LightGroups};
 pub use previous_frame::PreviousFrame;
-pub use render::{FrameStats, PartialFrame, bytes_of_pixel, check, forget, render, render_samples, weighted_sum};
-pub use reuse_bounds::{ReuseBounds, affected_entities, reuse_bounds};
+pub use render::{
+    FrameStats, PartialFrame, TileSink, bytes_of_pixel, check, forget, render, render_samples, weighted_sum,
+};
+pub use reuse_bounds::{ReuseBounds, affected_entities, all_reuse_bounds, reuse_bounds};
 pub use spawn::spawn;
 pub use stage::{LoadedFiles, Stage};
 pub use static_camera::{ObjectStates, StaticCameraCache};

@@ -5,6 +5,7 @@
 
 mod channels;
 pub(super) mod header;
+mod merge;
 mod parts;
 mod rows;
 
@@ -18,6 +19,7 @@ use super::format::{Decoded, Format, PictureHeader};
 use crate::base::digest::Digest;
 use crate::base::limits;
 use channels::ChannelDigests;
+pub use merge::{MergedPicture, merge_exr};
 pub use parts::read_exr_parts;
 
 /// OpenEXR in the table of formats.
