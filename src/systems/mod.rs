@@ -17,11 +17,13 @@
 mod accelerate;
 mod animate;
 mod collect;
+mod deform;
 mod extract;
 mod hierarchy;
 mod lens;
 mod lights;
 mod open_window;
+mod origin;
 mod previous_frame;
 mod references;
 mod render;
@@ -37,6 +39,7 @@ pub use animate::{Undo, animate, undo};
 pub use collect::collect;
 pub use hierarchy::update as update_hierarchy;
 pub use lights::{EmitterId, LightGroups};
+pub use origin::origin_for;
 pub use previous_frame::PreviousFrame;
 pub use render::{
     FrameStats, PartialFrame, TileSink, bytes_of_pixel, check, forget, render, render_samples, weighted_sum,
