@@ -379,6 +379,7 @@ fn stats(report: &Report) -> serde_json::Value {
         "intersection_tests": c.intersection_tests,
         "steps": c.steps,
         "accel": s.accel,
+        "bands": s.bands,
         "builds": s.builds,
         "tiles": s.tiles,
         "tiles_kept": s.tiles_kept,
