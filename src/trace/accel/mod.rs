@@ -11,6 +11,7 @@
 //! | `scratch` | [`TraversalScratch`]: what one thread owns while it walks |
 //! | `leaves` | blocks of eight primitives that are tested side by side |
 //! | `packet` | rays that go the same way, sixteen together |
+//! | `stream` | rays that share nothing but an octant, up to 64 together |
 //! | `bvh` | a tree of boxes with eight children a node |
 //! | `grid` | a uniform grid of two levels |
 //!
@@ -73,6 +74,7 @@ mod grid;
 mod leaves;
 mod packet;
 mod scratch;
+mod stream;
 
 pub use accelerator::Accelerator;
 pub use scratch::TraversalScratch;

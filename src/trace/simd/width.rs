@@ -31,7 +31,7 @@ pub enum Width {
     Sse2,
     /// One register of eight; needs AVX2 and what comes with it on all processors: FMA, BMI and POPCNT.
     #[cfg(all(target_arch = "x86_64", any(test, not(debug_assertions))))]
-    Avx2,
+    Avx2(avx2::HasAvx2),
 }
 
 impl Width {
@@ -44,15 +44,15 @@ impl Width {
             #[cfg(target_arch = "x86_64")]
             Width::Sse2 => kernel.run::<Sse2>(),
             #[cfg(all(target_arch = "x86_64", any(test, not(debug_assertions))))]
-            Width::Avx2 => avx2::run_avx2(kernel),
+            Width::Avx2(proof) => avx2::run_avx2(proof, kernel),
         }
     }
 
     /// The widest that was compiled and that this processor has.
     pub fn detect() -> Self {
         #[cfg(all(target_arch = "x86_64", any(test, not(debug_assertions))))]
-        if avx2::has_avx2() {
-            return Width::Avx2;
+        if let Some(proof) = avx2::HasAvx2::detect() {
+            return Width::Avx2(proof);
         }
         #[cfg(target_arch = "x86_64")]
         return Width::Sse2;
@@ -64,7 +64,7 @@ impl Width {
     #[cfg(test)]
     pub fn all() -> Vec<Self> {
         #[cfg(target_arch = "x86_64")]
-        return [Width::Sse2].into_iter().chain(avx2::has_avx2().then_some(Width::Avx2)).collect();
+        return [Width::Sse2].into_iter().chain(avx2::HasAvx2::detect().map(Width::Avx2)).collect();
         #[cfg(not(target_arch = "x86_64"))]
         return vec![Width::Plain];
     }
