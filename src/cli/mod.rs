@@ -9,6 +9,7 @@ mod diff;
 mod film;
 mod frames;
 mod guide;
+mod lanes;
 mod pictures;
 mod plan;
 mod progress;
@@ -221,7 +222,7 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         }
     };
     let threads = threads::start(parsed.command.threads());
-    let outcome = threads.and_then(|()| match parsed.command {
+    let outcome = threads.and_then(|()| lanes::start()).and_then(|()| match parsed.command {
         Command::Render(arguments) => render::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Plan(arguments) => plan::run(&arguments),

@@ -15,6 +15,7 @@ use crate::output::{FileState, FilmFormat, names};
 use crate::shot::plan::Plan;
 use crate::shot::run::{self, Event, FrameSource, Report, ReusePolicy};
 use crate::shot::{self, Overrides, Shot};
+use crate::trace::simd::Width;
 
 /// Which frames, how they look, and where they go: what decides the plan.
 #[derive(clap::Args)]
@@ -375,6 +376,7 @@ fn stats(report: &Report) -> serde_json::Value {
         "intersection_tests": c.intersection_tests,
         "steps": c.steps,
         "accel": s.accel,
+        "simd": Width::detect().name(),
         "builds": s.builds,
         "tiles": s.tiles,
         "tiles_kept": s.tiles_kept,

@@ -123,18 +123,29 @@ fn shade_microfacets(
     let node = met.state.node.reflected();
     let lobe = met.sampler.extra(node, Domain::Lobe);
     if let Some(sampled) = glossy.sample(law.wo, met.sampler.stratified(node, Domain::Gloss), lobe) {
-        follow(met, &law.frame, sampled, next, counters);
+        follow(context, met, &law.frame, sampled, next, counters);
     }
 }
 
 /// Adds the ray of a sample.
-fn follow(met: &SurfaceInteraction, frame: &Frame, sampled: BsdfSample, next: &mut RayQueue, counters: &mut Counters) {
+fn follow(
+    context: RenderContext,
+    met: &SurfaceInteraction,
+    frame: &Frame,
+    sampled: BsdfSample,
+    next: &mut RayQueue,
+    counters: &mut Counters,
+) {
     let SurfaceInteraction { state, surface, .. } = met;
     let (direction, fits) = direction_sample(frame, &sampled).on_its_side(surface.geometric_normal.into());
     if !fits {
         return;
     }
     let direction = Vec3::from(direction);
+    let shown = if sampled.specular { 1.0 } else { surface.terminator(direction) };
+    if !shows(context, met, sampled.weight * shown) {
+        return;
+    }
     let (node, medium) = if sampled.transmitted {
         counters.refraction_rays += 1;
         (state.node.refracted(), met.medium_behind())
@@ -143,7 +154,6 @@ fn follow(met: &SurfaceInteraction, frame: &Frame, sampled: BsdfSample, next: &m
         (state.node.reflected(), state.medium)
     };
     let ray = Ray::new(surface.offset_origin(direction), direction);
-    let shown = if sampled.specular { 1.0 } else { surface.terminator(direction) };
     let onward = state.onward(node, sampled.weight * shown);
     next.push(ray, PathState { pdf: sampled.pdf, medium, cone: state.scattered_cone(sampled.pdf), ..onward });
 }
@@ -184,19 +194,34 @@ fn sample_emitters(
     }
 }
 
+/// Whether the ray that a hit gives rise to stands for enough of the picture to be followed.
+fn shows(context: RenderContext, met: &SurfaceInteraction, weight: Vec3) -> bool {
+    let least = context.settings.min_weight;
+    least == 0.0 || (met.state.throughput * weight).max_element() >= least
+}
+
 /// Adds the rays that a hit gives rise to.
 fn spawn(context: RenderContext, met: &SurfaceInteraction, next: &mut RayQueue, counters: &mut Counters) {
     let material = met.material;
     if material.transmission > 0.0 {
         dielectric(context, met, next, counters);
     } else if material.reflection > 0.0 {
-        counters.reflection_rays += 1;
-        mirrored(context, met, material.mirror_color * material.reflection, next);
+        mirrored(context, met, material.mirror_color * material.reflection, next, counters);
     }
 }
 
 /// Adds the ray that shows what a mirror shows.
-fn mirrored(context: RenderContext, met: &SurfaceInteraction, weight: Vec3, next: &mut RayQueue) {
+fn mirrored(
+    context: RenderContext,
+    met: &SurfaceInteraction,
+    weight: Vec3,
+    next: &mut RayQueue,
+    counters: &mut Counters,
+) {
+    if !shows(context, met, weight) {
+        return;
+    }
+    counters.reflection_rays += 1;
     let SurfaceInteraction { state, material, .. } = met;
     let mut direction = Vec3::from(mirror_directions::<f32, _>(met));
     let mut cone = state.cone;
@@ -246,10 +271,9 @@ fn division(context: RenderContext, met: &SurfaceInteraction) -> (Option<Vec3>, 
 fn dielectric(context: RenderContext, met: &SurfaceInteraction, next: &mut RayQueue, counters: &mut Counters) {
     let (refracted, reflected, through) = division(context, met);
     if reflected > 0.0 {
-        counters.reflection_rays += 1;
-        mirrored(context, met, met.material.mirror_color * reflected, next);
+        mirrored(context, met, met.material.mirror_color * reflected, next, counters);
     }
-    if let Some(direction) = refracted {
+    if let Some(direction) = refracted.filter(|_| shows(context, met, Vec3::splat(through))) {
         counters.refraction_rays += 1;
         transmitted(met, direction, Vec3::splat(through), next);
     }

@@ -51,7 +51,7 @@ impl Kernel for BlinnPhongKernel<'_> {
                 }
             }
             if !last {
-                mirror(&hits, next, counters);
+                mirror(&hits, met.context.settings.min_weight, next, counters);
             }
         }
     }
@@ -71,16 +71,21 @@ fn scattering<L: Wide>(hits: &ShadingBatch<L>) -> u32 {
 
 /// The rays that show what mirrors show.
 #[inline(always)]
-fn mirror<L: Wide>(hits: &ShadingBatch<L>, next: &mut RayQueue, counters: &mut Counters) {
+fn mirror<L: Wide>(hits: &ShadingBatch<L>, least: f32, next: &mut RayQueue, counters: &mut Counters) {
     let mirrors = |i: &usize| hits.material(*i).model != Model::Lambert && hits.material(*i).reflection > 0.0;
     let (mut mirroring, mut weight) = (0u32, [[0.0; LANES]; 3]);
     for i in lanes(hits.used).filter(mirrors) {
         mirroring |= 1 << i;
         set_lane(&mut weight, i, hits.material(i).mirror_color * hits.material(i).reflection);
     }
+    let weight = V3::load(&weight);
+    if least > 0.0 {
+        // Fainter rays are not followed.
+        mirroring &= L::bits(L::splat(least).le((hits.states.throughput * weight).max_element()));
+    }
     if mirroring == 0 {
         return;
     }
     counters.reflection_rays += u64::from(mirroring.count_ones());
-    push_mirrored(hits, mirroring, (mirror_directions(hits), hits.states.cone), V3::load(&weight), next);
+    push_mirrored(hits, mirroring, (mirror_directions(hits), hits.states.cone), weight, next);
 }

@@ -168,3 +168,38 @@ impl Tree {
 pub fn renumbered(child: NodeRef, before: &[usize; 6]) -> NodeRef {
     if child == NodeRef::NONE { child } else { child.moved(before[child.held() as usize]) }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    #[test]
+    fn every_octant_visits_all_children_and_its_own_corner_first() {
+        let mut node = WideNode::EMPTY;
+        for slot in 0..LANES {
+            // One child in each octant, and the last one missing.
+            let corner = |axis: usize| if slot >> axis & 1 == 1 { -2.0 - axis as f32 } else { 2.0 + axis as f32 };
+            let at = Vec3::new(corner(0), corner(1), corner(2));
+            if slot < LANES - 1 {
+                node.set(slot, Bounds { min: at - 0.5, max: at + 0.5 });
+            }
+        }
+        let mut tree = Tree::empty(Bounds::default());
+        tree.nodes.push(node);
+        tree.order_children();
+        for octant in 0..LANES {
+            let order: Vec<u32> = (0..LANES).map(|k| tree.nodes[0].far_to_near[octant] >> (3 * k) & 7).collect();
+            let mut all = order.clone();
+            all.sort();
+            assert_eq!(all, (0..8).collect::<Vec<u32>>());
+            // Rays that run down the axes of an octant come from the opposite one.
+            let (near, far) = (LANES - 1 - octant, octant);
+            let place = |slot: usize| order.iter().position(|one| *one as usize == slot);
+            if near != LANES - 1 && far != LANES - 1 {
+                assert!(place(near) > place(far), "{octant}: {order:?}");
+            }
+        }
+    }
+}
