@@ -28,6 +28,8 @@ mod motion;
 mod oracles;
 #[path = "all/photon.rs"]
 mod photon;
+#[path = "all/region.rs"]
+mod region;
 #[path = "all/reuse.rs"]
 mod reuse;
 #[path = "all/scripts.rs"]

@@ -41,6 +41,10 @@ pub struct LookArguments {
     /// Width and height in pixels, over the scene's
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
+    /// Render a part of each frame only: left, top, width and height in pixels. It is equal to the same part of the whole;
+    /// a PNG holds the part alone, an EXR says where in the frame it lies
+    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_region)]
+    region: Option<Region>,
     /// Samples per pixel, over the scene's; rounded down to a square
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=limits::SAMPLES as i64))]
     spp: Option<u32>,
@@ -110,6 +114,7 @@ impl LookArguments {
     pub fn overrides(&self) -> Overrides {
         Overrides {
             size: self.size,
+            region: self.region.map(|region| region.0),
             samples: self.spp,
             seed: self.seed,
             integrator: self.integrator,
@@ -131,6 +136,7 @@ Examples:
   anim render show.rhai -o 'out/f.######.png'        six digits
   anim render show.rhai --shard 2/3                  the second third, on the second of three machines
   anim render scene.p3f --size 1024x768 --depth 16   a still in 16 bits
+  anim render scene.p3f --region 100,80,64,48        a part of it, equal to that of the whole
   anim render scene.ron -o still.exr --aovs depth,normal   linear values, with layers
   anim render show.rhai -o show.mp4                  a film of the frames: see anim help film")]
 pub struct RenderArguments {
@@ -177,6 +183,28 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
         return Err(format!("sides go from 1 to {}, and at most {} pixels", limits::FRAME_SIDE, limits::FRAME_PIXELS));
     }
     Ok(size)
+}
+
+/// The four numbers of `--region`; a type of its own, since clap takes a list for an argument that is repeated.
+#[derive(Clone, Copy)]
+struct Region([u32; 4]);
+
+fn parse_region(text: &str) -> Result<Region, String> {
+    let numbers: Vec<u32> = text.split(',').map_while(|number| number.trim().parse().ok()).collect();
+    let whole = <[u32; 4]>::try_from(numbers).ok().filter(|_| text.split(',').count() == 4);
+    let [x, y, width, height] = whole.ok_or("expected X,Y,WIDTH,HEIGHT in pixels, as in 0,0,320,180")?;
+    if width == 0 || height == 0 {
+        return Err("a region has one pixel at least".into());
+    }
+    Ok(Region([x, y, width, height]))
+}
+
+/// What files of a part of frames are called, so that they do not take the place of whole ones.
+fn name_of_part(name: &str, look: &LookArguments) -> String {
+    match look.region {
+        Some(Region([x, y, width, height])) => format!("{name}.region-{x}-{y}-{width}-{height}"),
+        None => name.to_string(),
+    }
 }
 
 fn parse_shard(text: &str) -> Result<[u32; 2], String> {
@@ -238,7 +266,8 @@ pub fn plan_into(
         Some(list) => frames::parse(list, count).map_err(usage)?,
         None => (1..=count).collect(),
     };
-    let target = names::resolve(out, &shot.name, shot.is_sequence().then_some(count), wanted.len()).map_err(usage)?;
+    let name = name_of_part(&shot.name, &arguments.look);
+    let target = names::resolve(out, &name, shot.is_sequence().then_some(count), wanted.len()).map_err(usage)?;
     let plan = shot::plan::make_until(&mut shot, &wanted, target, cancel);
     say_printed(&shot, arguments.input.log.as_deref())?;
     let mut plan = plan?;

@@ -80,6 +80,9 @@ record! {
     pub struct Render {
         /// Width and height in pixels.
         pub size: [u32; 2] = [640, 360] => Film,
+        /// The part of the frame that is rendered, `(x, y, width, height)` in pixels from the top left corner: the picture
+        /// is that part, equal to the same part of the whole. All of the frame when not given.
+        pub region: Option<[u32; 4]> = None => Film,
         /// Samples per pixel, rounded down to a square n x n of jittered strata; 1 is the pixel centre.
         pub samples: u32 = 16,
         /// Which light paths are followed.
@@ -165,6 +168,11 @@ record! {
 }
 
 impl Render {
+    /// Top left pixel, and width and height of what is rendered of the frame.
+    pub fn pixel_bounds(&self) -> [[u32; 2]; 2] {
+        self.region.map_or([[0; 2], self.size], |[x, y, width, height]| [[x, y], [width, height]])
+    }
+
     /// Side n of the n x n strata of a pixel, or of one round of its samples.
     pub fn strata(&self) -> u32 {
         let round = if self.noise_threshold.is_some() { self.samples.min(self.min_samples) } else { self.samples };
@@ -213,6 +221,18 @@ impl Render {
         self.filter_width.unwrap_or(self.filter.usual_width())
     }
 
+    fn check_region(&self) -> Result<(), Invalid> {
+        let Some([x, y, width, height]) = self.region else { return Ok(()) };
+        let fits = |at: u32, side: u32, of: u32| side > 0 && at.checked_add(side).is_some_and(|end| end <= of);
+        let [w, h] = self.size;
+        if fits(x, width, w) && fits(y, height, h) {
+            return Ok(());
+        }
+        let what = if width > 0 && height > 0 { "does not lie in" } else { "has no pixel of" };
+        let message = format!("the region of {width}x{height} pixels at ({x}, {y}) {what} the frame of {w}x{h}");
+        Err(Invalid { field: "region", message })
+    }
+
     fn check_film(&self) -> Result<(), Invalid> {
         if let Some(clamp) = self.clamp {
             above("clamp", clamp, 0.0)?;
@@ -254,6 +274,7 @@ impl Check for Render {
             let message = format!("a picture of {pixels} pixels is over the limit of {}", limits::FRAME_PIXELS);
             return Err(Invalid { field: "size", message });
         }
+        self.check_region()?;
         whole("samples", self.samples.into(), 1, limits::SAMPLES.into())?;
         color("background", self.background)?;
         whole("max_depth", self.max_depth.into(), 1, limits::RAY_DEPTH.into())?;

@@ -12,7 +12,7 @@
 //!
 //! Every pixel of a pass is a function of the pass before, so that rows may be filtered on any thread. The result
 //! depends on the film alone; on a locked camera noise stands still (see the seed of a frame), and so does what is left
-//! of it: pixels are byte-equal where nothing within 70 pixels of them changed.
+//! of it: pixels are byte-equal where nothing within [`DENOISE_REACH`] pixels of them changed.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -33,6 +33,10 @@ const ALBEDO: f32 = 0.25;
 const MAX_DISTANCE: f32 = 10.5;
 /// Least albedo that colour is divided by.
 const MIN_ALBEDO: f32 = 0.02;
+
+/// How far in pixels a change of one pixel can reach, at most: in each pass to the taps, and one further for means and slopes.
+/// Parts of a frame are filtered with so many pixels around them.
+pub const DENOISE_REACH: u32 = 2 * ((1 << PASSES) - 1) + PASSES;
 
 /// Largest variance: sums of larger ones would not stay inside `f32`.
 const MAX_VARIANCE: f32 = 1e30;
@@ -187,6 +191,7 @@ impl PassInput<'_> {
 mod tests {
     use super::*;
     use crate::base::random::{combine, unit_f32};
+    use crate::film::PixelBounds;
 
     /// A wall whose albedo doubles at a column, with noise of a known variance on its light.
     fn wall(width: u32, height: u32, noise: f32) -> Film {
@@ -256,6 +261,21 @@ mod tests {
         denoise(&mut film);
         denoise(&mut changed);
         let differs = |x: usize| (0..3).any(|y| film.pixels[y * 200 + x] != changed.pixels[y * 200 + x]);
-        assert!(differs(20) && (91..200).all(|x| !differs(x)));
+        let reach = DENOISE_REACH as usize;
+        assert!(differs(20) && (20 + reach + 1..200).all(|x| !differs(x)));
+    }
+
+    #[test]
+    fn a_part_with_its_surroundings_is_filtered_as_in_the_whole() {
+        let size = [200, 90];
+        let whole = wall(size[0], size[1], 1.0);
+        let part = PixelBounds { origin: [90, 80], size: [5, 4] };
+        let around = part.grown(DENOISE_REACH, size);
+        assert!(around.count() < whole.pixels.len());
+        let mut cropped = whole.cropped(PixelBounds::whole(size), around);
+        denoise(&mut cropped);
+        let mut filtered = whole;
+        denoise(&mut filtered);
+        assert_eq!(cropped.cropped(around, part), filtered.cropped(PixelBounds::whole(size), part));
     }
 }

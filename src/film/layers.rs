@@ -2,6 +2,8 @@
 
 use glam::{Vec2, Vec3};
 
+use super::PixelBounds;
+
 /// Depth of a pixel that nothing stands in, as other renderers write it.
 pub const NOTHING: f32 = 1e10;
 
@@ -122,6 +124,22 @@ impl Layers {
         self.entity = vec![0; pixels];
         self.material = vec![0; pixels];
         self.motion = vec![[0.0; 2]; pixels];
+    }
+
+    /// Those of a part of the pixels that they are of.
+    pub fn cropped(&self, bounds: PixelBounds, part: PixelBounds) -> Layers {
+        let Layers { coverage, depth, position, normal, albedo, entity, material, motion, variance } = self;
+        Layers {
+            coverage: bounds.crop(coverage, part),
+            depth: bounds.crop(depth, part),
+            position: bounds.crop(position, part),
+            normal: bounds.crop(normal, part),
+            albedo: bounds.crop(albedo, part),
+            entity: bounds.crop(entity, part),
+            material: bounds.crop(material, part),
+            motion: bounds.crop(motion, part),
+            variance: bounds.crop(variance, part),
+        }
     }
 
     /// Sets what the samples of a pixel add up to.

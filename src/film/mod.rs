@@ -2,16 +2,18 @@
 //!
 //! Pixels are linear and of any size (scene referred). [`accumulator`] adds samples up, tile by tile; [`filter`] draws where
 //! in and around a pixel they lie; [`layers`] say what the pixels show; [`denoise`] takes out noise; [`tone`] makes what a
-//! screen can show of the result.
+//! screen can show of the result; [`bounds`] are rectangles of a frame that is not rendered as a whole.
 
 pub mod accumulator;
+pub mod bounds;
 mod denoise;
 pub mod filter;
 pub mod layers;
 pub mod tone;
 
 pub use accumulator::{AccumulatorOptions, PixelAccumulator};
-pub use denoise::denoise;
+pub use bounds::PixelBounds;
+pub use denoise::{DENOISE_REACH, denoise};
 pub use filter::FilterTable;
 pub use layers::{Feature, Layers};
 pub use tone::DisplayTransform;
@@ -34,6 +36,12 @@ impl Film {
     pub fn new(width: u32, height: u32) -> Self {
         let pixels = vec![[0.0; 3]; width as usize * height as usize];
         Film { width, height, pixels, layers: Layers::default() }
+    }
+
+    /// The part of a film that covers `bounds` of a frame.
+    pub fn cropped(&self, bounds: PixelBounds, part: PixelBounds) -> Film {
+        let [width, height] = part.size;
+        Film { width, height, pixels: bounds.crop(&self.pixels, part), layers: self.layers.cropped(bounds, part) }
     }
 
     /// RGB bytes, three per pixel, rounded to nearest.

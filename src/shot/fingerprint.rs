@@ -225,8 +225,9 @@ impl BaseFingerprint {
         parts[FramePart::Camera as usize] = self.record(camera, |_, class| class != FieldClass::Lens);
         parts[FramePart::Lens as usize] = self.record(camera, |_, class| class == FieldClass::Lens);
         let brightness = render.environment_color().0;
-        parts[FramePart::Settings as usize] =
-            self.record(render, |field, class| field != brightness && class != FieldClass::Invisible);
+        parts[FramePart::Settings as usize] = self.record(render, |field, class| {
+            field != brightness && class != FieldClass::Invisible && is_set(render, field)
+        });
         let colors = &mut parts[FramePart::LightColors as usize];
         *colors = colors.with(self.record(render, |field, _| field == brightness));
         let is_sum = is_sum(camera, render);
@@ -237,7 +238,7 @@ impl BaseFingerprint {
             is_sum,
             photons: (render.integrator == Integrator::Photon).then(|| self.photons(parts, camera, render)),
             has_static_camera: has_static_camera(camera, render),
-            size: render.size,
+            size: render.pixel_bounds()[1],
             cost: cost(render, counts),
         }
     }
@@ -429,9 +430,15 @@ fn count(counts: &mut SceneCounts, desc: &EntityDesc, sign: i64) {
     counts.primitives += sign * shapes.map(|shape| shape.primitive_count() as i64).sum::<i64>();
 }
 
+/// Whether a field of the settings counts: where there is no region, frames have the digests that they had before one could
+/// be set.
+fn is_set(render: &Render, field: &str) -> bool {
+    field != "region" || render.region.is_some()
+}
+
 /// Camera rays and the rays that follow from them, each as deep as the tree over the primitives.
 fn cost(render: &Render, counts: SceneCounts) -> f64 {
-    let [width, height] = render.size.map(f64::from);
+    let [width, height] = render.pixel_bounds()[1].map(f64::from);
     let strata = f64::from(render.strata());
     let chain = match render.integrator {
         Integrator::Path | Integrator::Photon => f64::from(render.max_depth.min(6)),

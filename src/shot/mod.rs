@@ -40,6 +40,8 @@ use crate::systems::{self, Stage};
 pub struct Overrides {
     /// Width and height in pixels.
     pub size: Option<[u32; 2]>,
+    /// The part of the frame that is rendered: left, top, width and height in pixels.
+    pub region: Option<[u32; 4]>,
     /// Samples per pixel.
     pub samples: Option<u32>,
     /// Seed of all sampling.
@@ -62,6 +64,7 @@ impl Overrides {
     fn apply(&self, render: Render) -> Render {
         Render {
             size: self.size.unwrap_or(render.size),
+            region: self.region.or(render.region),
             samples: self.samples.unwrap_or(render.samples),
             seed: self.seed.or(render.seed),
             integrator: self.integrator.unwrap_or(render.integrator),

@@ -49,7 +49,8 @@ pub fn update(stage: &mut Stage, share: SampleSubset, geometry: &Arc<Geometry>) 
 
 /// Rays that a picture is expected to take: rather more than it does.
 fn rays_of(settings: &Render) -> f64 {
-    let pixels = f64::from(settings.size[0]) * f64::from(settings.size[1]);
+    let [_, [width, height]] = settings.pixel_bounds();
+    let pixels = f64::from(width) * f64::from(height);
     let samples = f64::from(settings.strata()) * f64::from(settings.strata()) * f64::from(settings.rounds());
     let depth = f64::from(settings.max_depth);
     let of_photons = f64::from(settings.photons) * f64::from(settings.photon_passes) * depth;

@@ -30,6 +30,7 @@ mod spawn;
 mod stage;
 mod static_camera;
 mod textures;
+mod tiles;
 
 pub use animate::{Undo, animate, undo};
 pub use collect::collect;

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::lights::LightGroups;
 use super::stage::{DerivedCache, Stage};
 use super::static_camera::{CachedTile, StaticCameraCache};
+use super::tiles::TileGrid;
 use super::{accelerate, extract, hierarchy, lens, lights, textures};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::{Integrator, Render};
@@ -21,9 +22,6 @@ use crate::trace::light::Lights;
 use crate::trace::light::environment::{Environment, EnvironmentMap};
 use crate::trace::simd::Width;
 use crate::trace::wavefront::{RenderContext, Settings, Worker};
-
-/// Side of a tile in pixels: small enough to share out evenly, large enough for neighbours to share cells.
-const TILE: u32 = 16;
 
 /// What one frame cost.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -75,7 +73,7 @@ pub struct PartialFrame {
 
 /// The accumulators of a frame, set up with its first samples.
 struct FrameAccumulators {
-    size: [u32; 2],
+    grid: TileGrid,
     options: AccumulatorOptions,
     denoise: bool,
     passes: usize,
@@ -94,12 +92,15 @@ impl PartialFrame {
     /// # Errors
     /// No samples were traced, which is a mistake of the program.
     pub fn resolve(self) -> Result<(Vec<Film>, FrameStats), Diagnostic> {
-        let FrameAccumulators { size, options, denoise: wanted, passes, tiles } =
+        let FrameAccumulators { grid, options, denoise: wanted, passes, tiles } =
             self.accumulators.ok_or_else(|| Diagnostic::bug("a frame without samples has no picture"))?;
-        let of_pass = |pass: usize| resolve(size, options_of(options, pass), tiles.iter().skip(pass).step_by(passes));
+        let of_pass = |pass: usize| resolve(grid, options_of(options, pass), tiles.iter().skip(pass).step_by(passes));
         let mut films: Vec<Film> = (0..passes).map(of_pass).collect();
         if wanted {
             films.iter_mut().for_each(denoise);
+        }
+        if grid.traced != grid.bounds {
+            films = films.iter().map(|film| film.cropped(grid.traced, grid.bounds)).collect();
         }
         Ok((films, FrameStats { passes, ..self.stats }))
     }
@@ -123,7 +124,7 @@ pub fn weighted_sum(first: &Film, others: &[Film], factors: &[Vec3]) -> Film {
 
 impl FrameAccumulators {
     fn new(settings: &Render, filter: &FilterTable, passes: usize) -> Self {
-        let size = settings.size;
+        let grid = TileGrid::new(settings);
         let options = AccumulatorOptions {
             clamp: settings.clamp.map(|c| c as f32),
             signed: filter.is_signed(),
@@ -131,15 +132,16 @@ impl FrameAccumulators {
             features: settings.gathers_features(),
         };
         let accumulator =
-            |i: usize| PixelAccumulator::new(tile_pixels(i / passes, size).len(), options_of(options, i % passes));
-        let tiles = (0..tile_count(size) * passes).map(accumulator).collect();
-        FrameAccumulators { size, options, denoise: settings.denoise, passes, tiles }
+            |i: usize| PixelAccumulator::new(grid.pixels(i / passes).len(), options_of(options, i % passes));
+        let tiles = (0..grid.count() * passes).map(accumulator).collect();
+        FrameAccumulators { grid, options, denoise: settings.denoise, passes, tiles }
     }
 }
 
 /// Renders the World as it stands, all samples at this one moment; `None` if `cancel` was raised.
 ///
-/// `progress(done, total)` counts tiles and is called from any thread.
+/// With a [`region`](Render::region) among the settings the film is that part of the frame, equal to the same part of the
+/// whole. `progress(done, total)` counts tiles and is called from any thread.
 ///
 /// # Errors
 /// What only shows once everything is placed: a focus behind the camera, too many primitives.
@@ -317,13 +319,13 @@ fn retrace_stale_tiles(
     let changes =
         cache.begin(of_window, context.geometry.bounds(), if draws { context.lights.chances() } else { Vec::new() });
     let samples = (settings.rounds == 1 && !settings.features).then_some(settings.strata * settings.strata);
-    let pixels = |tile: usize| tile_pixels(tile, accumulators.size).len();
+    let pixels = |tile: usize| accumulators.grid.pixels(tile).len();
     if !cache.make_room(&accumulators.tiles, pixels, samples) {
         return tiles(estimator, SampleSubset::WHOLE, accumulators, cancel, progress);
     }
     let (regions, kept) = cache.parts(of_window);
     let estimator = Estimator { context: RenderContext { regions: Some(regions), ..context }, ..estimator };
-    let size = accumulators.size;
+    let grid = accumulators.grid;
     let total = accumulators.tiles.len();
     let done = AtomicUsize::new(0);
     let trace = |worker: &mut Worker,
@@ -334,7 +336,7 @@ fn retrace_stale_tiles(
         worker.start_tile();
         let again = integrator::retrace(
             estimator,
-            &tile_pixels(index, size),
+            &grid.pixels(index),
             &changes,
             &mut kept.trail,
             &mut kept.accumulator,
@@ -366,7 +368,7 @@ fn tiles(
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Option<Counters> {
-    let size = accumulators.size;
+    let grid = accumulators.grid;
     let total = accumulators.tiles.len() / accumulators.passes;
     let done = AtomicUsize::new(total * share.index as usize);
     let trace = |worker: &mut Worker, (index, accumulators): (usize, &mut [PixelAccumulator])| -> Option<Counters> {
@@ -374,7 +376,7 @@ fn tiles(
             return None;
         }
         worker.start_tile();
-        integrator::render_pixels(estimator, &tile_pixels(index, size), share, accumulators, worker);
+        integrator::render_pixels(estimator, &grid.pixels(index), share, accumulators, worker);
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, total * share.of as usize);
         Some(worker.take_counters())
     };
@@ -385,9 +387,10 @@ fn tiles(
     Some(counters)
 }
 
-/// Means of the samples of all tiles.
-fn resolve<'a>(size: [u32; 2], options: AccumulatorOptions, tiles: impl Iterator<Item = &'a PixelAccumulator>) -> Film {
-    let mut film = Film::new(size[0], size[1]);
+/// Means of the samples of all tiles, over all that was traced.
+fn resolve<'a>(grid: TileGrid, options: AccumulatorOptions, tiles: impl Iterator<Item = &'a PixelAccumulator>) -> Film {
+    let [width, height] = grid.traced.size;
+    let mut film = Film::new(width, height);
     let count = film.pixels.len();
     if options.features {
         film.layers.make_room_for_features(count);
@@ -396,8 +399,8 @@ fn resolve<'a>(size: [u32; 2], options: AccumulatorOptions, tiles: impl Iterator
         film.layers.variance = vec![0.0; count];
     }
     for (index, accumulator) in tiles.enumerate() {
-        for (i, [x, y]) in tile_pixels(index, size).into_iter().enumerate() {
-            let pixel = y as usize * size[0] as usize + x as usize;
+        for (i, place) in grid.pixels(index).into_iter().enumerate() {
+            let pixel = grid.traced.index(place);
             film.pixels[pixel] = accumulator.color(i);
             if let Some(sum) = accumulator.feature(i) {
                 film.layers.resolve(pixel, sum);
@@ -408,17 +411,4 @@ fn resolve<'a>(size: [u32; 2], options: AccumulatorOptions, tiles: impl Iterator
         }
     }
     film
-}
-
-pub fn tile_count([width, height]: [u32; 2]) -> usize {
-    width.div_ceil(TILE) as usize * height.div_ceil(TILE) as usize
-}
-
-/// Pixels of a tile in Morton order (1966), so that those that follow each other are neighbours.
-fn tile_pixels(tile: usize, size: [u32; 2]) -> Vec<[u32; 2]> {
-    let across = size[0].div_ceil(TILE);
-    let corner = [tile as u32 % across * TILE, tile as u32 / across * TILE];
-    let every_second = |n: u32| (0..4).fold(0, |sum, bit| sum | (n >> (2 * bit) & 1) << bit);
-    let place = |n: u32| [corner[0] + every_second(n), corner[1] + every_second(n >> 1)];
-    (0..TILE * TILE).map(place).filter(|[x, y]| *x < size[0] && *y < size[1]).collect()
 }

@@ -8,10 +8,11 @@ mod parts;
 
 use std::io::Cursor;
 
+use ::exr::math::Vec2;
 use ::exr::meta::MetaData;
 use ::exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
-    ReadChannels, ReadLayers, Text, WritableImage, f16, read,
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, IntegerBounds, Layer, LayerAttributes,
+    LineOrder, ReadChannels, ReadLayers, Text, WritableImage, f16, read,
 };
 
 use super::format::{Decoded, Format, PictureHeader};
@@ -79,11 +80,19 @@ fn encode(film: &Film, render: &Render, metadata: &Metadata) -> Result<Vec<u8>, 
     let attributes = LayerAttributes { comments, ..LayerAttributes::default() };
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
-    let size = (film.width as usize, film.height as usize);
+    let side = |[width, height]: [u32; 2]| Vec2(width as usize, height as usize);
+    let size = side([film.width, film.height]);
     let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(channels.into()));
+    let mut image = Image::from_layer(layer);
+    if render.region.is_some() {
+        // What is meant to be shown is the whole frame; there are pixels for a part of it.
+        let [[x, y], _] = render.pixel_bounds();
+        image.attributes.display_window = IntegerBounds::from_dimensions(side(render.size));
+        image.layer_data.attributes.layer_position = Vec2(x as i32, y as i32);
+    }
     let mut bytes = Vec::new();
     // On one thread: blocks lie in the file in the order of their lines.
-    let written = Image::from_layer(layer).write().non_parallel().to_buffered(Cursor::new(&mut bytes));
+    let written = image.write().non_parallel().to_buffered(Cursor::new(&mut bytes));
     written.map(|()| bytes).map_err(|e| e.to_string())
 }
 
