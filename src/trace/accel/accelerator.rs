@@ -123,7 +123,6 @@ impl Accelerator {
     }
 
     /// What a ray meets among the finite primitives: how far it was moved up to them, and its hit from there.
-
     #[inline]
     fn finite<const ANY: bool>(
         &self,

@@ -271,8 +271,8 @@ fn descend<const ANY: bool>(
         let pushed = if next < nearest { std::mem::replace(&mut nearest, next) } else { next };
         let mut at = end;
         if !ANY {
-            while at > 0 && room[at - 1 & (LANES - 1)] < pushed {
-                room[at & (LANES - 1)] = room[at - 1 & (LANES - 1)];
+            while at > 0 && room[(at - 1) & (LANES - 1)] < pushed {
+                room[at & (LANES - 1)] = room[(at - 1) & (LANES - 1)];
                 at -= 1;
             }
         }
