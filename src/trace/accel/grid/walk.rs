@@ -45,7 +45,7 @@ impl<const ANY: bool> Kernel for RestKernel<'_, ANY> {
 
 /// Tests lists of primitives of other kinds in cells. A trait and no closure: what closures compute is left outside of
 /// the function that enables AVX2.
-trait CellLists {
+trait CellListTester {
     fn test<const ANY: bool>(&mut self, list: &[u32], probe: &PreparedRay, best: &mut ClosestHit) -> TraversalCost;
 }
 
@@ -56,7 +56,7 @@ struct WorldCells<'a> {
     scratch: &'a mut TraversalScratch,
 }
 
-impl CellLists for WorldCells<'_> {
+impl CellListTester for WorldCells<'_> {
     #[inline(always)]
     fn test<const ANY: bool>(&mut self, list: &[u32], probe: &PreparedRay, best: &mut ClosestHit) -> TraversalCost {
         let mut cost = TraversalCost::default();
@@ -72,7 +72,7 @@ impl CellLists for WorldCells<'_> {
 /// Grids of meshes have none.
 struct NoCells;
 
-impl CellLists for NoCells {
+impl CellListTester for NoCells {
     #[inline(always)]
     fn test<const ANY: bool>(&mut self, _: &[u32], _: &PreparedRay, _: &mut ClosestHit) -> TraversalCost {
         TraversalCost::default()
@@ -118,7 +118,7 @@ impl<const ANY: bool> Kernel for InstanceGridKernel<'_, ANY> {
 }
 
 #[inline(always)]
-fn nest<L: Wide, const ANY: bool, T: CellLists>(
+fn nest<L: Wide, const ANY: bool, T: CellListTester>(
     nest: &NestedGrid,
     probe: &PreparedRay,
     scope: HitSpace,
