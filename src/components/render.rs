@@ -98,7 +98,7 @@ record! {
         /// Least share of the picture that a mirrored or refracted ray may stand for: `Whitted` and `Distribution` do not
         /// follow fainter ones, of which glass makes more at every depth. 0 follows all. The default, at white light, is
         /// below one step of a screen at its darkest.
-        pub min_weight: f64 = 0.0002,
+        pub min_weight: f64 = 0.00002,
         /// Where on an area light a shadow ray ends.
         pub shadows: Shadows = Shadows::Auto,
         /// Points on each light where `Fixed` shadows are used, rounded down to a square.
