@@ -12,6 +12,8 @@
 //! |---|---|
 //! | [`cli`] | one file per command; raw flags are resolved once, here; the only place that prints |
 //! | [`guide`] | the reference: pages from the tables of fields and functions, as text, HTML and JSON |
+//! | [`farm`] | many machines: archives of shots, jobs for schedulers, claims of workers, what a folder of frames lacks |
+//! | [`preview`] | files that are watched, and the page of `anim preview` (feature `preview`) |
 //! | [`shot`] | a sequence: its frames as data and as digests, plan, what is kept, shared and copied, run |
 //! | [`compare`] | image metrics (FLIP), golden frames, reports, the viewer of pictures for pages |
 //! | [`systems`] | plain functions over the hecs World: spawn animate hierarchy lights extract accelerate render |
@@ -89,12 +91,15 @@ pub mod cli;
 pub mod compare;
 #[warn(clippy::wildcard_enum_match_arm)] // What is added later must be named by the compiler, not forgotten.
 pub mod components;
+pub mod farm;
 #[warn(clippy::wildcard_enum_match_arm)]
 pub mod film;
 pub mod guide;
 pub mod load;
 #[warn(clippy::wildcard_enum_match_arm)]
 pub mod output;
+#[cfg(feature = "preview")]
+pub mod preview;
 pub mod script;
 #[warn(clippy::wildcard_enum_match_arm)]
 pub mod shot;

@@ -8,6 +8,8 @@ mod diff;
 mod errors;
 #[path = "all/exact.rs"]
 mod exact;
+#[path = "all/farm.rs"]
+mod farm;
 #[path = "all/film.rs"]
 mod film;
 #[path = "all/films.rs"]
@@ -28,6 +30,11 @@ mod motion;
 mod oracles;
 #[path = "all/photon.rs"]
 mod photon;
+#[path = "all/preview.rs"]
+mod preview;
+#[cfg(feature = "preview")]
+#[path = "all/preview_page.rs"]
+mod preview_page;
 #[path = "all/region.rs"]
 mod region;
 #[path = "all/reuse.rs"]

@@ -64,6 +64,16 @@ pub fn srgb_decode(encoded: f32) -> f32 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { libm::powf((encoded + 0.055) / 1.055, 2.4) }
 }
 
+/// A colour as the screen shows it, `#ff8800`, in linear light.
+pub fn from_hex(text: &str) -> Option<[f32; 3]> {
+    let digits = text.trim().strip_prefix('#')?;
+    if digits.len() != 6 || !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
+        return None;
+    }
+    let channel = |i: usize| u8::from_str_radix(&digits[i..i + 2], 16).ok().map(|x| srgb_decode(f32::from(x) / 255.0));
+    Some([channel(0)?, channel(2)?, channel(4)?])
+}
+
 /// Relative luminance of linear Rec. 709 primaries.
 pub fn luminance(rgb: [f32; 3]) -> f32 {
     0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]

@@ -319,8 +319,10 @@ pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
 /// "did you mean `x`?" for the known word that is meant, by its letters or by its meaning.
 pub fn did_you_mean(found: &str, known: &[&str]) -> Option<String> {
     let close = nearest(found, known.iter().copied());
-    // A letter or two amiss is a slip; anything further is a word that someone means.
-    let is_slip = |word: &&str| strsim::damerau_levenshtein(&found.to_lowercase(), &word.to_lowercase()) <= 1;
+    // A letter amiss is a slip, where a letter is not half the word; anything further is a word that someone means.
+    let is_slip = |word: &&str| {
+        found.chars().count() > 3 && strsim::damerau_levenshtein(&found.to_lowercase(), &word.to_lowercase()) <= 1
+    };
     match (close.filter(is_slip), by_meaning(found, known)) {
         (None, Some((word, ""))) => Some(format!("did you mean `{word}`?")),
         (None, Some((word, note))) => Some(format!("did you mean `{word}`? ({note})")),

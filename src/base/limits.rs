@@ -38,6 +38,8 @@ pub const EXR_BYTES: u64 = 8 << 30;
 pub const LIGHT_GROUPS: usize = 16;
 /// Frames of a reuse window, which are looked ahead for objects that change: each has a bit in a word.
 pub const REUSE_WINDOW_FRAMES: usize = 64;
+/// Edits and frames of a window that goes on while a scene is edited: each has a number in a byte with every sample.
+pub const LIVE_WINDOW_FRAMES: usize = 240;
 /// Bounds of all objects that change in a reuse window: each ray is tested against them, which must stay cheap beside
 /// tracing it.
 pub const REUSE_BOUNDS: usize = 512;
@@ -46,6 +48,16 @@ pub const REUSE_BOUNDS: usize = 512;
 pub const REUSE_CHANGED_ENTITIES: usize = 8_192;
 /// Memory in MiB of what is kept from frame to frame, unless the user says otherwise.
 pub const REUSE_MEMORY: u64 = 1_024;
+/// Memory of the pictures that the preview holds: a minute of small frames, or twenty of 4 k.
+pub const PREVIEW_PICTURE_BYTES: usize = 512 << 20;
+/// Orders of pages that wait for the preview's worker: more than a dozen tabs make.
+pub const PREVIEW_ORDERS: usize = 64;
+/// A message from a page to the preview: a hundred values at once.
+pub const PREVIEW_MESSAGE_BYTES: usize = 64 << 10;
+/// Pixels of the layers that say what is seen where: 36 megabytes for each million.
+pub const PREVIEW_LAYER_PIXELS: u32 = 1 << 20;
+/// Frames of a timeline: beyond them a page would show less than a pixel of each, several times over.
+pub const PREVIEW_FRAMES: u32 = 20_000;
 /// The manifest of a folder of frames: a million lines.
 pub const MANIFEST_BYTES: u64 = 512 << 20;
 /// Samples per pixel: 256 x 256 strata; more would not change a 16-bit pixel.
@@ -72,6 +84,19 @@ pub const DESCRIPTION_BYTES: usize = 8 << 10;
 pub const REPORT_BYTES: usize = 64 << 20;
 /// Exposures at which FLIP compares two pictures of linear light: twice the stops that a half can hold.
 pub const FLIP_EXPOSURES: u32 = 64;
+/// Files of an archive: fifty thousand frames of a simulation as meshes, and their textures.
+pub const ARCHIVE_FILES: usize = 65_536;
+/// All files of an archive, unpacked: what a node's temporary folder still holds.
+pub const ARCHIVE_BYTES: u64 = 64 << 30;
+/// What an archive says of itself: a quarter of a kilobyte for each of its files.
+pub const ARCHIVE_MANIFEST_BYTES: u64 = 32 << 20;
+/// Seconds between two signs of life of a worker that holds claims: a few bytes, on a file system that many share.
+pub const CLAIM_BEAT_SECONDS: u64 = 10;
+/// Seconds without a sign of life until a worker of another machine counts as gone: six signs lost in a row, or the
+/// longest that a shared file system keeps what it knows of a file.
+pub const CLAIM_PATIENCE_SECONDS: u64 = 60;
+/// How often a frame may be taken over from workers that are gone: whatever ends so many of them would end the next too.
+pub const CLAIM_TAKEOVERS: u32 = 100;
 /// Worker threads.
 pub const THREADS: usize = 1_024;
 

@@ -64,6 +64,23 @@ pub fn placement(translation: DVec3, rotation: DVec3, scale: DVec3) -> DAffine3 
     DAffine3 { matrix3: m, translation }
 }
 
+/// Translation, rotation (degrees) and scale of a map: the inverse of [`placement`]; `None` if no such three give it, for
+/// it shears or flattens. A mirroring map has a negative scale along x.
+pub fn decompose(map: &DAffine3) -> Option<(DVec3, DVec3, DVec3)> {
+    let m = map.matrix3;
+    let mut scale = DVec3::new(m.x_axis.length(), m.y_axis.length(), m.z_axis.length());
+    if !map.is_finite() || scale.min_element() <= 1e-12 * scale.max_element() {
+        return None;
+    }
+    if m.x_axis.cross(m.y_axis).dot(m.z_axis) < 0.0 {
+        scale.x = -scale.x;
+    }
+    let rotation = DMat3::from_cols(m.x_axis / scale.x, m.y_axis / scale.y, m.z_axis / scale.z);
+    let [x, y, z] = [rotation.x_axis, rotation.y_axis, rotation.z_axis];
+    let skew = x.dot(y).abs().max(y.dot(z).abs()).max(z.dot(x).abs());
+    (skew <= 1e-9).then(|| (map.translation, euler_degrees(rotation), scale))
+}
+
 /// The factor of a map that keeps shapes similar (rotation, uniform scale, mirror); `None` if it shears or squashes.
 pub fn uniform_scale(map: &DAffine3) -> Option<f64> {
     let m = map.matrix3;
@@ -112,6 +129,19 @@ mod tests {
         assert!((axis - (at - from).normalize()).length() < 1e-12);
         let down = rotation_matrix(look_at_degrees(DVec3::Y, DVec3::ZERO, DVec3::Y)) * DVec3::NEG_Z;
         assert!((down - DVec3::NEG_Y).length() < 1e-7);
+    }
+
+    #[test]
+    fn what_a_map_is_made_of_gives_the_map_again() {
+        for scale in [DVec3::ONE, DVec3::new(2.0, 0.5, 3.0), DVec3::new(-1.0, 2.0, 1.0), DVec3::new(1.0, -2.0, 1.0)] {
+            let map = placement(DVec3::new(1.0, 2.0, 3.0), DVec3::new(20.0, -130.0, 75.0), scale);
+            let (translation, rotation, scale) = decompose(&map).unwrap();
+            let again = placement(translation, rotation, scale);
+            assert!(again.abs_diff_eq(map, 1e-12), "{map:?} {again:?}");
+        }
+        let sheared = DAffine3::from_mat3(DMat3::from_cols(DVec3::X, DVec3::new(0.5, 1.0, 0.0), DVec3::Z));
+        assert_eq!(decompose(&sheared), None);
+        assert_eq!(decompose(&placement(DVec3::ZERO, DVec3::ZERO, DVec3::new(1.0, 0.0, 1.0))), None);
     }
 
     #[test]

@@ -2,10 +2,11 @@
 //!
 //! Exact mathematics ([`math`], [`rotation`]), stateless random numbers ([`random`]), colour transfer ([`color`]), every cap
 //! of the program ([`limits`]), words of other tools ([`synonyms`]), capped reading ([`files`]) below a project's root
-//! ([`project`]), encodings ([`text`]), digests of content ([`digest`]), values as bytes for another process ([`codec`]), processor time
+//! ([`project`]), encodings ([`text`], [`base64`]), digests of content ([`digest`]), values as bytes for another process ([`codec`]), processor time
 //! ([`clock`]), memory held ([`memory`]), frame rates as fractions ([`rate`]), the built-in font ([`font`]) and the one shape
 //! that all mistakes are reported in ([`diagnostics`]).
 
+pub mod base64;
 pub mod clock;
 pub mod codec;
 pub mod color;

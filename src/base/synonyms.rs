@@ -3,7 +3,7 @@
 //! A word is only ever offered where it works: the caller says which words are known there.
 
 /// What some words elsewhere are called here, and what to say beside it.
-struct Meaning {
+struct Synonym {
     /// Lower case, without blanks, dashes and underscores.
     foreign: &'static [&'static str],
     /// Ours, the likeliest first.
@@ -12,11 +12,11 @@ struct Meaning {
     note: &'static str,
 }
 
-const fn meaning(foreign: &'static [&'static str], ours: &'static [&'static str], note: &'static str) -> Meaning {
-    Meaning { foreign, ours, note }
+const fn meaning(foreign: &'static [&'static str], ours: &'static [&'static str], note: &'static str) -> Synonym {
+    Synonym { foreign, ours, note }
 }
 
-const MEANINGS: &[Meaning] = &[
+const MEANINGS: &[Synonym] = &[
     // Places.
     meaning(
         &["position", "pos", "location", "loc", "translate", "move", "origin", "place", "xyz", "coords", "coordinates"],
@@ -426,7 +426,7 @@ const MEANINGS: &[Meaning] = &[
 /// A word of ours among those that are `known`, for one that means the same elsewhere; with a note, which may be empty.
 pub fn by_meaning<'a>(found: &str, known: &[&'a str]) -> Option<(&'a str, &'static str)> {
     let plain: String = found.chars().filter(|c| !['_', '-', ' '].contains(c)).flat_map(char::to_lowercase).collect();
-    let fits = |meaning: &&Meaning| meaning.foreign.contains(&plain.as_str());
+    let fits = |meaning: &&Synonym| meaning.foreign.contains(&plain.as_str());
     let pairs = MEANINGS.iter().filter(fits).flat_map(|meaning| meaning.ours.iter().map(|ours| (*ours, meaning.note)));
     // The first of ours of all that fit comes first, so that a vaguer meaning does not win.
     let mut hits = pairs.filter_map(|(ours, note)| {
@@ -438,8 +438,8 @@ pub fn by_meaning<'a>(found: &str, known: &[&'a str]) -> Option<(&'a str, &'stat
 
 /// Every foreign word with the likeliest of ours.
 pub fn pairs() -> impl Iterator<Item = (&'static str, &'static str)> {
-    let first = |meaning: &'static Meaning| meaning.ours.first().copied();
-    let of = move |meaning: &'static Meaning| {
+    let first = |meaning: &'static Synonym| meaning.ours.first().copied();
+    let of = move |meaning: &'static Synonym| {
         meaning.foreign.iter().filter_map(move |foreign| Some((*foreign, first(meaning)?)))
     };
     MEANINGS.iter().flat_map(of)

@@ -2,17 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 
 use super::{AccessArguments, Exit, evaluation, exit_code, parse_define, print, say, say_printed};
-use crate::base::diagnostics::Diagnostics;
-use crate::components;
-use crate::script::{Parameter, ParameterKind};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, Severity};
+use crate::script::Parameter;
 use crate::shot::{self, OpenOptions, Shot};
 
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   anim check scripts/*.rhai scenes/*.ron        find mistakes without rendering
+  anim check show.rhai --strict                 warnings count as mistakes: nothing moves, no light, ...
+  anim check show.rhai --json                   mistakes and warnings with their places, for editors
   anim check show.rhai --params                 what -D can set, with ranges and defaults
   anim check show.rhai --params --json          the same, for programs")]
 pub struct CheckArguments {
@@ -22,13 +23,14 @@ pub struct CheckArguments {
     /// Give a parameter of the scripts a value; may be repeated
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]
     defines: Vec<(String, String)>,
-    /// Refuse what a tolerant reader of NFF and P3F skips with a warning
+    /// Make every warning a mistake: what a file holds and is not used, a scene without light, frames that do not differ
     #[arg(long)]
     strict: bool,
     /// List the parameters that the scripts declare
     #[arg(long)]
     params: bool,
-    /// Answer in JSON, one object a line for each input
+    /// Answer in JSON, one object a line for each input: frames, entities, and `diagnostics` with severity, message, file,
+    /// line, column (from 1), width and help
     #[arg(long)]
     json: bool,
     /// Write what the scripts print to a file instead of stderr
@@ -41,19 +43,55 @@ pub struct CheckArguments {
 pub fn run(arguments: CheckArguments) -> Result<Exit, Diagnostics> {
     let mut worst = Exit::Done;
     for input in &arguments.inputs {
-        match check(input, &arguments) {
-            Ok(answer) => print(&answer),
+        let mut said = Diagnostics::default();
+        let outcome =
+            check(input, &arguments, &mut said).and_then(|answer| refuse_warnings(answer, &mut said, &arguments));
+        if let Err(problems) = &outcome {
+            worst = worst.worse(exit_code(problems));
+        }
+        match outcome {
+            Ok(answer) if arguments.json => print(&json_line(input, &answer.json, &said)),
+            Ok(answer) => {
+                say(&said);
+                print(&answer.text);
+            }
+            Err(problems) if arguments.json => {
+                said.0.extend(problems.0);
+                print(&json_line(input, &Map::new(), &said));
+            }
             Err(problems) => {
+                say(&said);
                 say(&problems);
-                worst = worst.worse(exit_code(&problems));
             }
         }
     }
     Ok(worst)
 }
 
-/// Evaluates all frames of an input and says that it is good, or what its parameters are.
-fn check(input: &Path, arguments: &CheckArguments) -> Result<String, Diagnostics> {
+/// What is known of an input that is good: for people, and for programs.
+struct CheckAnswer {
+    text: String,
+    json: Map<String, Value>,
+}
+
+/// With `--strict` a warning is a mistake.
+fn refuse_warnings(
+    answer: CheckAnswer,
+    said: &mut Diagnostics,
+    arguments: &CheckArguments,
+) -> Result<CheckAnswer, Diagnostics> {
+    if !arguments.strict || said.0.iter().all(|one| one.severity != Severity::Warning) {
+        return Ok(answer);
+    }
+    let refused = std::mem::take(said).0.into_iter().map(|one| match one.severity {
+        Severity::Warning => Diagnostic { severity: Severity::Error, ..one },
+        Severity::Error | Severity::Note => one,
+    });
+    Err(Diagnostics(refused.collect()))
+}
+
+/// Evaluates all frames of an input, and says what it is if it is good. Warnings go to `said`.
+fn check(input: &Path, arguments: &CheckArguments, said: &mut Diagnostics) -> Result<CheckAnswer, Diagnostics> {
     let options = OpenOptions {
         defines: arguments.defines.clone(),
         strict: arguments.strict,
@@ -61,70 +99,63 @@ fn check(input: &Path, arguments: &CheckArguments) -> Result<String, Diagnostics
         evaluation: evaluation()?,
         ..OpenOptions::default()
     };
-    let (mut shot, warnings) = shot::open_with(input, options)?;
-    say(&warnings);
+    let (mut shot, warnings) = super::open(input, options)?;
+    said.0.extend(warnings.0);
     let frames: Vec<u32> = (1..=shot.frames()).collect();
     let checked = shot::plan::check(&mut shot, &frames);
     say_printed(&shot, arguments.log.as_deref())?;
-    checked?;
+    let fingerprints = checked?;
+    said.0.extend(shot::advice::advice(&mut shot, &fingerprints).0);
+    let mut json = Map::new();
     if arguments.params {
-        return Ok(if arguments.json { parameters_json(input, &shot) } else { parameters_text(&shot) });
+        json.insert("parameters".into(), shot.parameters().iter().map(Parameter::to_json).collect());
+        return Ok(CheckAnswer { text: parameters_text(&shot), json });
     }
     let what = if shot.is_sequence() { format!("{} frames", frames.len()) } else { "one picture".into() };
     let entities = shot.stage.entity_count();
-    if arguments.json {
-        let answer = json!({ "input": input.to_string_lossy(), "frames": frames.len(), "entities": entities });
-        return Ok(format!("{answer}\n"));
-    }
-    Ok(format!("{}: {what}, {entities} entities: good\n", input.display()))
+    json.insert("frames".into(), frames.len().into());
+    json.insert("entities".into(), entities.into());
+    let word = if said.0.is_empty() { "good".to_string() } else { count_of(said.0.len(), "warning") };
+    Ok(CheckAnswer { text: format!("{}: {what}, {entities} entities: {word}\n", input.display()), json })
 }
 
-fn parameters_text(shot: &Shot) -> String {
-    shot.parameters().iter().map(|parameter| format!("{}\n", parameter.line())).collect()
+fn count_of(count: usize, what: &str) -> String {
+    if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
 }
 
-fn parameters_json(input: &Path, shot: &Shot) -> String {
-    let list: Vec<Value> = shot.parameters().iter().map(parameter_json).collect();
-    format!("{}\n", json!({ "input": input.to_string_lossy(), "parameters": list }))
-}
-
-fn parameter_json(parameter: &Parameter) -> Value {
+/// An input as one line of JSON.
+fn json_line(input: &Path, answer: &Map<String, Value>, said: &Diagnostics) -> String {
     let mut out = Map::new();
-    out.insert("name".into(), parameter.name.to_string().into());
-    out.insert("kind".into(), parameter.kind.word().into());
-    out.insert("default".into(), value_json(&parameter.default));
-    match &parameter.kind {
-        ParameterKind::Number(range) | ParameterKind::Whole(range) => {
-            for (name, limit) in [("min", range.min), ("max", range.max), ("step", range.step)] {
-                if let Some(x) = limit {
-                    let is_whole = matches!(parameter.kind, ParameterKind::Whole(_));
-                    out.insert(name.into(), if is_whole { json!(x as i64) } else { json!(x) });
-                }
-            }
+    out.insert("input".into(), input.to_string_lossy().into());
+    out.extend(answer.clone());
+    out.insert("good".into(), (!said.has_errors()).into());
+    out.insert("diagnostics".into(), said.0.iter().map(diagnostic_json).collect());
+    format!("{}\n", Value::Object(out))
+}
+
+/// A mistake as editors want it.
+fn diagnostic_json(one: &Diagnostic) -> Value {
+    let mut out = Map::new();
+    let severity = match one.severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+        Severity::Note => "note",
+    };
+    out.insert("severity".into(), severity.into());
+    out.insert("message".into(), one.message.as_str().into());
+    if let Some(place) = &one.place {
+        out.insert("file".into(), place.file.to_string().into());
+        if place.line > 0 {
+            let numbers = [("line", place.line), ("column", place.column), ("width", place.width)];
+            out.extend(numbers.map(|(name, number)| (name.to_string(), number.into())));
         }
-        ParameterKind::Choice(words) => {
-            let words: Vec<&str> = words.iter().map(|word| &**word).collect();
-            out.insert("choices".into(), json!(words));
-        }
-        ParameterKind::Switch | ParameterKind::Color | ParameterKind::Vector | ParameterKind::Text => {}
     }
-    if let Some(label) = &parameter.label {
-        out.insert("label".into(), label.to_string().into());
+    if let Some(help) = &one.help {
+        out.insert("help".into(), help.as_str().into());
     }
     Value::Object(out)
 }
 
-fn value_json(value: &components::Value) -> Value {
-    match value {
-        components::Value::Unit => Value::Null,
-        components::Value::Bool(b) => json!(b),
-        components::Value::Int(i) => json!(i),
-        components::Value::Number(x) => json!(x),
-        components::Value::Text(text) => json!(&**text),
-        components::Value::Vec3(v) => json!([v.x, v.y, v.z]),
-        components::Value::List(items) => Value::Array(items.iter().map(value_json).collect()),
-        components::Value::Map(entries) => {
-            Value::Object(entries.iter().map(|(key, value)| (key.to_string(), value_json(value))).collect())
-        }
-    }
+fn parameters_text(shot: &Shot) -> String {
+    shot.parameters().iter().map(|parameter| format!("{}\n", parameter.line())).collect()
 }

@@ -8,7 +8,7 @@ use crate::base::project::Project;
 use crate::components::Scene;
 use crate::load;
 use crate::output::write_atomic;
-use crate::shot::{self, Overrides};
+use crate::shot::Overrides;
 
 #[derive(clap::Args)]
 pub struct DumpArguments {
@@ -38,7 +38,7 @@ pub struct ConvertArguments {
 
 pub fn dump(arguments: DumpArguments) -> Result<Exit, Diagnostics> {
     let options = arguments.input.options(Overrides::default())?;
-    let (mut shot, warnings) = shot::open_with(&arguments.input.input, options)?;
+    let (mut shot, warnings) = super::open(&arguments.input.input, options)?;
     say(&warnings);
     if !(1..=shot.frames()).contains(&arguments.frame) {
         return Err(usage(format!("--frame {}: the sequence has frames 1 to {}", arguments.frame, shot.frames())));

@@ -3,7 +3,7 @@
 //! A shape stands where its fields put it; the entity's transform, if any, then carries it into the world. Lengths are
 //! world units before that transform.
 
-use glam::{DVec2, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
 
 use super::record::ranges::{coordinate, direction, position};
 use super::record::{Check, Invalid, record};
@@ -34,6 +34,19 @@ pub trait Shape {
     fn primitive_count(&self) -> usize {
         1
     }
+}
+
+/// Lower and upper corner of a box along the world's axes around a shape that a map carries into the world; `None` if the
+/// shape has no bounds.
+pub fn world_bounds(shape: &dyn Shape, map: &DAffine3) -> Option<[DVec3; 2]> {
+    if shape.reach() != Reach::Finite {
+        return None;
+    }
+    let to_local = map.matrix3.transpose();
+    let reach = |d: DVec3| shape.support(to_local * d);
+    let max = DVec3::new(reach(DVec3::X), reach(DVec3::Y), reach(DVec3::Z));
+    let min = -DVec3::new(reach(DVec3::NEG_X), reach(DVec3::NEG_Y), reach(DVec3::NEG_Z));
+    Some([map.translation + min, map.translation + max])
 }
 
 /// The support function of a box.

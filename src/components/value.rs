@@ -44,6 +44,38 @@ impl Value {
         }
     }
 
+    /// The value as programs read it: three numbers are a list, nothing is null.
+    pub fn to_json(&self) -> serde_json::Value {
+        use serde_json::json;
+        match self {
+            Value::Unit => serde_json::Value::Null,
+            Value::Bool(b) => json!(b),
+            Value::Int(i) => json!(i),
+            Value::Number(x) => json!(x),
+            Value::Text(text) => json!(&**text),
+            Value::Vec3(v) => json!([v.x, v.y, v.z]),
+            Value::List(items) => serde_json::Value::Array(items.iter().map(Value::to_json).collect()),
+            Value::Map(entries) => {
+                let entries = entries.iter().map(|(key, value)| (key.to_string(), value.to_json()));
+                serde_json::Value::Object(entries.collect())
+            }
+        }
+    }
+
+    /// As [`Self::to_json`], back; numbers without a fraction are whole, and three numbers a list, which fields take too.
+    pub fn from_json(json: &serde_json::Value) -> Value {
+        match json {
+            serde_json::Value::Null => Value::Unit,
+            serde_json::Value::Bool(b) => Value::Bool(*b),
+            serde_json::Value::Number(x) => x.as_i64().map_or(Value::Number(x.as_f64().unwrap_or(0.0)), Value::Int),
+            serde_json::Value::String(text) => Value::Text(text.as_str().into()),
+            serde_json::Value::Array(items) => Value::List(items.iter().map(Value::from_json).collect()),
+            serde_json::Value::Object(entries) => {
+                Value::Map(entries.iter().map(|(key, value)| (key.as_str().into(), Value::from_json(value))).collect())
+            }
+        }
+    }
+
     /// The value as a number, integers included.
     pub fn as_number(&self) -> Option<f64> {
         match self {

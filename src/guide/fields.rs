@@ -1,6 +1,6 @@
 //! Records as the reference shows them: every field with its kind, its default and an example.
 
-use super::{Block, CodeKind, Entry};
+use super::{Block, CodeKind, GuideEntry};
 use crate::components::*;
 
 /// A record with its fields.
@@ -89,24 +89,33 @@ fn example_of(record: &dyn Record, field: &str, default: &Value, kind: &str, cho
         return in_ron(default, kind);
     }
     if kind.contains("entity or a point") {
-        return "Point(0.0, 1.0, 0.5)".into();
+        return "Point(0.2, 1.0, 0.5)".into();
     }
     let first = choices.first().map(|word| Value::Text(word.as_str().into()));
     let number = |x: f64| Value::Number(x);
-    let three = Value::Vec3(glam::DVec3::new(0.0, 1.0, 0.5));
+    let three = Value::Vec3(glam::DVec3::new(0.2, 1.0, 0.5));
     let candidates = first.into_iter().chain([
         number(0.5),
-        number(1.5),
         Value::Int(1),
+        number(1.5),
         three.clone(),
         Value::List(vec![number(1.0), number(2.0)]),
         Value::List(vec![three.clone(), Value::Vec3(glam::DVec3::X)]),
         Value::List(vec![three.clone(), three.clone(), three]),
+        Value::List([0, 0, 8, 8].map(Value::Int).to_vec()),
         Value::List(Vec::new()),
         Value::Text("name".into()),
     ]);
-    let mut fitting = candidates.filter(|value| record.probe(field, value).is_ok());
-    fitting.next().map_or_else(|| "(pattern: Checker)".into(), |value| in_ron(&value, kind))
+    // A field that goes with another (`f_stop` with `focal_length`) fits by its shape alone.
+    let (mut fitting, mut shaped) = (None, None);
+    for value in candidates {
+        match record.probe(field, &value) {
+            Ok(()) => fitting = fitting.or(Some(value)),
+            Err(FieldError::Mismatch(mismatch)) if !mismatch.message.starts_with("expected ") => shaped = Some(value),
+            Err(_) => {}
+        }
+    }
+    fitting.or(shaped).map_or_else(|| "(pattern: Checker)".into(), |value| in_ron(&value, kind))
 }
 
 /// A record by its name in a scene.
@@ -143,7 +152,7 @@ pub fn blocks(record: &RecordReference) -> Vec<Block> {
             Value::Unit => "not given".to_string(),
             value => in_ron(value, &field.kind),
         };
-        Block::Entry(Entry {
+        Block::GuideEntry(GuideEntry {
             forms: vec![field.name.to_string()],
             kind: field.kind.clone(),
             default,

@@ -1,6 +1,6 @@
 //! The guide as a site: a file for each page, a style, and a search that needs no server.
 
-use super::{Block, CodeKind, Entry, PAGES, Page};
+use super::{Block, CodeKind, GuideEntry, PAGES, Page};
 
 /// Files of the site by their names.
 pub fn files() -> Vec<(String, String)> {
@@ -57,7 +57,7 @@ fn block(block: &Block) -> String {
         Block::Pair(theirs, ours) => {
             format!("<div class=\"pair\"><span>{}</span><span>{}</span></div>\n", inline(theirs), inline(ours))
         }
-        Block::Entry(one) => entry(one),
+        Block::GuideEntry(one) => entry(one),
     }
 }
 
@@ -71,7 +71,7 @@ fn pre(kind: CodeKind, text: &str) -> String {
     format!("<pre class=\"{class}\">{}</pre>\n", escaped(text))
 }
 
-fn entry(entry: &Entry) -> String {
+fn entry(entry: &GuideEntry) -> String {
     let mut out = format!("<section id=\"{}\">\n", entry.forms.first().map_or(String::new(), |form| anchor(form)));
     for form in &entry.forms {
         out += &format!("<h3><code>{}</code>", escaped(form));
@@ -104,7 +104,7 @@ fn search() -> String {
         index.push(serde_json::json!([page.title, file, page.summary]));
         for one in (page.blocks)() {
             match one {
-                Block::Entry(entry) => {
+                Block::GuideEntry(entry) => {
                     let form = entry.forms.first().cloned().unwrap_or_default();
                     let address = format!("{file}#{}", anchor(&form));
                     index.push(serde_json::json!([form, address, entry.text]));

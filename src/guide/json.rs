@@ -20,7 +20,7 @@ fn block(block: &Block) -> Value {
         Block::Paragraph(text) => json!({ "text": text }),
         Block::Code(kind, text) => json!({ "code": text, "language": code_word(*kind) }),
         Block::Pair(theirs, ours) => json!({ "theirs": theirs, "ours": ours }),
-        Block::Entry(entry) => {
+        Block::GuideEntry(entry) => {
             let arguments: Vec<Value> =
                 entry.arguments.iter().map(|(name, text)| json!({ "name": name, "text": text })).collect();
             json!({

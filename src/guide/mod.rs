@@ -16,6 +16,7 @@ mod fields;
 pub mod html;
 pub mod json;
 mod language;
+mod many_machines;
 mod mistakes;
 mod pages;
 pub mod text;
@@ -31,7 +32,7 @@ pub enum Block {
     /// Lines of a scene, a script or a command.
     Code(CodeKind, String),
     /// Something with a name: a field or a function.
-    Entry(Entry),
+    GuideEntry(GuideEntry),
     /// Words of another tool, and ours.
     Pair(String, String),
 }
@@ -51,7 +52,7 @@ pub enum CodeKind {
 
 /// A field or a function.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Entry {
+pub struct GuideEntry {
     /// How it is written: `fov`, or `lerp(a, b, t) -> value`.
     pub forms: Vec<String>,
     /// What its value is: "a number".

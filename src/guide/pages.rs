@@ -1,7 +1,7 @@
 //! The pages: their names, their order and what stands on them.
 
 use super::fields::{blocks as fields_of, entity_records, other_records};
-use super::{Block, CodeKind, Entry, coming_from, language, mistakes};
+use super::{Block, CodeKind, GuideEntry, coming_from, language, many_machines, mistakes};
 use crate::script::{CHAPTERS, Function};
 
 /// A page of the guide.
@@ -31,7 +31,27 @@ pub const PAGES: &[Page] = &[
     },
     Page { name: "formats", title: "Files", summary: "what is read and what is written", blocks: formats },
     Page { name: "films", title: "Films", summary: "frames become a film", blocks: films },
-    Page { name: "farm", title: "Many machines", summary: "shards, and what is done already", blocks: farm },
+    Page {
+        name: "farm",
+        title: "Many machines",
+        summary: "shards, workers, archives, what a folder lacks",
+        blocks: many_machines::farm,
+    },
+    Page { name: "slurm", title: "Slurm", summary: "an array of tasks, and its check", blocks: many_machines::slurm },
+    Page {
+        name: "openjd",
+        title: "Open Job Description",
+        summary: "a template for AWS Deadline Cloud and others",
+        blocks: many_machines::openjd,
+    },
+    Page { name: "make", title: "make and ninja", summary: "a rule for each task", blocks: many_machines::make },
+    Page { name: "actions", title: "GitHub Actions", summary: "shards as a matrix", blocks: many_machines::actions },
+    Page {
+        name: "queues",
+        title: "Other queues",
+        summary: "tasks as data; Deadline, OpenCue, Tractor",
+        blocks: many_machines::queues,
+    },
     Page {
         name: "errors",
         title: "Mistakes",
@@ -157,12 +177,12 @@ fn render() -> Vec<Block> {
 
 /// A function as an entry.
 fn function(function: &Function) -> Block {
-    Block::Entry(Entry {
+    Block::GuideEntry(GuideEntry {
         forms: function.forms.iter().map(|form| form.to_string()).collect(),
         text: function.text.to_string(),
         arguments: function.arguments.iter().map(|(name, text)| (name.to_string(), text.to_string())).collect(),
         example: Some((CodeKind::Script, function.example.to_string())),
-        ..Entry::default()
+        ..GuideEntry::default()
     })
 }
 
@@ -206,19 +226,5 @@ fn films() -> Vec<Block> {
               them; `fps` of `animation` says how fast it is to run.",
         ),
         code(CodeKind::Command, "anim show.rhai"),
-    ]
-}
-
-fn farm() -> Vec<Block> {
-    vec![
-        text(
-            "A frame is a pure function of scene, script, settings and number: it may be made on any machine, in any order, with \
-              the same bytes. Shards are parts of about the same cost, which may run side by side on one folder; a second run \
-              makes what is missing.",
-        ),
-        code(
-            CodeKind::Command,
-            "anim show.rhai --shard 1/3      # on one machine\nanim show.rhai --shard 2/3      # on another\nanim plan show.rhai --json",
-        ),
     ]
 }

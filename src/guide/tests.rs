@@ -70,7 +70,7 @@ fn every_component_and_function_stands_on_a_page() {
         assert!(all.contains(&heading), "{}", kind.name());
     }
     for function in CHAPTERS.iter().flat_map(|chapter| chapter.functions) {
-        let stands = |block: &Block| matches!(block, Block::Entry(entry) if entry.forms == function.forms);
+        let stands = |block: &Block| matches!(block, Block::GuideEntry(entry) if entry.forms == function.forms);
         assert!(all.iter().any(stands), "{}", function.name);
     }
 }

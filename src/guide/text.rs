@@ -1,6 +1,6 @@
 //! Pages for the terminal: lines of a hundred letters, with marks for colours where they are wanted.
 
-use super::{Block, Entry, PAGES, Page};
+use super::{Block, GuideEntry, PAGES, Page};
 
 /// Letters of a line.
 const WIDTH: usize = 100;
@@ -51,7 +51,7 @@ pub fn page(page: &Page, is_colored: bool) -> String {
                 text.lines().for_each(|line| out += &code_line(line, 4, style));
                 out.push('\n');
             }
-            Block::Entry(one) => out += &entry(&one, style),
+            Block::GuideEntry(one) => out += &entry(&one, style),
             Block::Pair(theirs, ours) => {
                 out += &format!("  {}  {ours}\n", style.name(&format!("{theirs:<34}")));
             }
@@ -60,7 +60,7 @@ pub fn page(page: &Page, is_colored: bool) -> String {
     out
 }
 
-fn entry(entry: &Entry, style: Style) -> String {
+fn entry(entry: &GuideEntry, style: Style) -> String {
     let mut out = String::new();
     for form in &entry.forms {
         out += &format!("  {}", style.name(form));

@@ -41,6 +41,15 @@ pub(super) const HASH: &str = "Hash";
 /// changed is known from what it has only packed otherwise.
 pub(super) const PIXELS: &str = "Pixels";
 
+/// The keyword of the hash of the whole frame, in the file of a part of it.
+pub(super) const WHOLE: &str = "Whole";
+
+/// Says which whole frame a part is of.
+pub fn with_whole(mut metadata: Metadata, whole: Option<Digest>) -> Metadata {
+    metadata.extend(whole.map(|whole| entry(WHOLE, whole.to_string())));
+    metadata
+}
+
 /// The text under a keyword.
 pub(super) fn text_under<'a>(metadata: &'a Metadata, keyword: &str) -> Option<&'a str> {
     metadata.iter().find(|(known, _)| known == keyword).map(|(_, text)| text.as_str())

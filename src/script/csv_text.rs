@@ -11,7 +11,7 @@ use crate::base::diagnostics::{Place, suggestion};
 const MISSING: [&str; 7] = ["", "NA", "N/A", "NaN", "nan", "null", "NULL"];
 
 /// A table by its columns.
-pub struct Columns {
+pub struct CsvColumns {
     pub file: Arc<str>,
     pub names: Vec<String>,
     /// Column by column; `()` where a value is missing.
@@ -112,7 +112,7 @@ impl CsvText<'_> {
     ///
     /// # Errors
     /// Rows of another length, columns of one name, values of another type than their column has.
-    pub fn read(&self, has_header: bool, types: &Map) -> Fallible<Columns> {
+    pub fn read(&self, has_header: bool, types: &Map) -> Fallible<CsvColumns> {
         let mut records = self.records()?.into_iter();
         let names: Vec<CsvField> = match has_header {
             true => records.next().unwrap_or_default(),
@@ -143,7 +143,7 @@ impl CsvText<'_> {
         let column =
             |i: usize| self.column(&names[i], types.get(names[i].as_str()), records.iter().map(move |r| &r[i]));
         let values = (0..width).map(column).collect::<Fallible<_>>()?;
-        Ok(Columns { file: self.file.clone(), names, values, rows })
+        Ok(CsvColumns { file: self.file.clone(), names, values, rows })
     }
 
     /// The values of a column; what most of them are, all of them must be.
@@ -190,7 +190,7 @@ impl CsvText<'_> {
 mod tests {
     use super::*;
 
-    fn table(text: &str) -> Fallible<Columns> {
+    fn table(text: &str) -> Fallible<CsvColumns> {
         CsvText { file: &"a.csv".into(), text, separator: b',' }.read(true, &Map::new())
     }
 

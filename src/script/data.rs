@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use ::rhai::{Array, Dynamic, ImmutableString, Map};
 
+use super::context::ScriptContext;
 use super::convert::{describe, number};
-use super::csv_text::{Columns, CsvText};
+use super::csv_text::{CsvColumns, CsvText};
 use super::errors::{Fallible, complain, complain_at};
 use super::options::CallOptions;
-use super::shared::Shared;
 use super::table::{Chapter, Function};
 use crate::base::diagnostics::{Diagnostic, Place, suggestion};
 use crate::base::project::FileRole;
@@ -18,11 +18,11 @@ use crate::base::{files, limits};
 
 /// A table of typed columns, as a script holds it: copies share it.
 #[derive(Clone)]
-pub struct DataTable(Arc<Columns>);
+pub struct DataTable(Arc<CsvColumns>);
 
 /// The text of a file that a script names, without a byte order mark, and the file as messages call it.
 fn read(function: &str, name: &str) -> Fallible<(Arc<str>, String)> {
-    let shared = Shared::current(function)?;
+    let shared = ScriptContext::current(function)?;
     let Some(folder) = shared.folder() else { return complain(format!("`{function}` cannot be called here"), None) };
     let refuse = |problem: Diagnostic| complain(problem.message, problem.help);
     let path = match folder.find(name, FileRole::Data) {
@@ -287,20 +287,20 @@ pub const CHAPTER: Chapter = Chapter {
 };
 
 /// Goes through the rows of a table.
-pub struct Rows {
+pub struct TableRows {
     table: DataTable,
     next: usize,
 }
 
 impl IntoIterator for DataTable {
     type Item = Dynamic;
-    type IntoIter = Rows;
-    fn into_iter(self) -> Rows {
-        Rows { table: self, next: 0 }
+    type IntoIter = TableRows;
+    fn into_iter(self) -> TableRows {
+        TableRows { table: self, next: 0 }
     }
 }
 
-impl Iterator for Rows {
+impl Iterator for TableRows {
     type Item = Dynamic;
     fn next(&mut self) -> Option<Dynamic> {
         let index = self.next;

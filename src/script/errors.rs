@@ -170,7 +170,7 @@ impl ScriptSource {
         let all = inspect::all_mistakes(engine, &self.text, ParseError(first.0, at));
         let one = |error: &ParseError| {
             let place = inspect::place_of_missing(engine, &self.text, error).unwrap_or(error.position());
-            diagnostic(inspect::words_of(error, &self.text, vocabulary), self.original_place(place))
+            diagnostic(inspect::words_of(error, place, &self.text, vocabulary), self.original_place(place))
         };
         Diagnostics(all.iter().map(one).collect())
     }
@@ -189,9 +189,22 @@ impl ScriptSource {
         match (at.line(), at.position()) {
             (Some(line), column) => {
                 let (line, column) = self.rewritten.original(line, column.unwrap_or(1).max(1));
+                let column = self.behind_sign(line, column);
                 Place::of_position(self.file.clone(), &self.text, line as u32, column as u32)
             }
             _ => Place::file(self.file.clone()),
+        }
+    }
+
+    /// The engine points at the dot before a property, and at the bracket of a look-up; what stands behind it is meant.
+    fn behind_sign(&self, line: usize, column: usize) -> usize {
+        let source = self.text.lines().nth(line.saturating_sub(1)).unwrap_or("");
+        let mut rest = source.chars().skip(column - 1).skip_while(|c| *c == '?').peekable();
+        let question = source.chars().skip(column - 1).take_while(|c| *c == '?').count();
+        match (rest.next(), rest.next()) {
+            (Some('.'), Some(next)) if next.is_alphabetic() || next == '_' => column + question + 1,
+            (Some('('), Some(next)) if next != ')' => column + question + 1,
+            _ => column,
         }
     }
 

@@ -3,17 +3,18 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ::rhai::{Dynamic, ImmutableString, Map};
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 
+use super::constraints::Constraints;
+use super::context::ScriptContext;
 use super::convert::{describe, number, to_dynamic, to_value};
 use super::errors::{Fallible, complain};
 use super::overlay::{Marks, Overlay};
 use super::random::Generator;
-use super::shared::Shared;
 use super::vocabulary::field_of_material;
+use super::world;
 use crate::base::diagnostics::suggestion;
 use crate::base::limits;
-use crate::components::transform::placement_below;
 use crate::components::*;
 
 /// The scene as a script sees it.
@@ -21,9 +22,10 @@ use crate::components::*;
 pub struct SceneHandle {
     overlay: Arc<Mutex<Overlay>>,
     rng: Generator,
-    shared: Shared,
+    shared: ScriptContext,
     /// The time that entities with `motion` go by, in the units of the camera's shutter.
-    time: f64,
+    pub(super) time: f64,
+    pub(super) constraints: Constraints,
 }
 
 /// The entities of a scene by name: `s.get("hero")`.
@@ -37,8 +39,8 @@ pub struct MaterialLookup(pub SceneHandle);
 /// One entity.
 #[derive(Clone)]
 pub struct EntityHandle {
-    scene: SceneHandle,
-    index: usize,
+    pub(super) scene: SceneHandle,
+    pub(super) index: usize,
 }
 
 /// Something with fields.
@@ -60,12 +62,18 @@ const TRANSFORM_FIELDS: [&str; 4] = ["translation", "rotation", "scale", "parent
 const ANGLES: [(&str, usize); 3] = [("pitch", 0), ("yaw", 1), ("roll", 2)];
 
 impl SceneHandle {
-    pub fn new(overlay: Overlay, seed: u64, time: f64, shared: Shared) -> Self {
-        SceneHandle { overlay: Arc::new(Mutex::new(overlay)), rng: Generator::new(seed), shared, time }
+    pub fn new(overlay: Overlay, seed: u64, time: f64, shared: ScriptContext) -> Self {
+        SceneHandle {
+            overlay: Arc::new(Mutex::new(overlay)),
+            rng: Generator::new(seed),
+            shared,
+            time,
+            constraints: Constraints::default(),
+        }
     }
 
     /// What belongs to the script as a whole.
-    pub fn shared(&self) -> &Shared {
+    pub fn shared(&self) -> &ScriptContext {
         &self.shared
     }
 
@@ -102,7 +110,7 @@ impl SceneHandle {
         Ok(())
     }
 
-    fn lock(&self) -> MutexGuard<'_, Overlay> {
+    pub(super) fn lock(&self) -> MutexGuard<'_, Overlay> {
         self.overlay.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -124,7 +132,7 @@ impl SceneHandle {
         self.lock().camera().clone()
     }
 
-    fn entity(&self, index: usize) -> EntityHandle {
+    pub(super) fn entity(&self, index: usize) -> EntityHandle {
         EntityHandle { scene: self.clone(), index }
     }
 
@@ -194,18 +202,6 @@ impl SceneHandle {
     /// place that a `focus` on it has.
     pub fn position(&self, name: &str) -> Fallible<DVec3> {
         self.clone().get(name)?.position()
-    }
-
-    fn position_of(&self, start: usize) -> Fallible<DVec3> {
-        let overlay = self.lock();
-        let transform = |index| overlay.component(index, Kind::Transform).and_then(Transform::of);
-        let parent = |index: &usize| transform(*index)?.parent.as_deref().and_then(|parent| overlay.find(parent));
-        let chain: Vec<usize> = std::iter::successors(Some(start), parent).take(limits::HIERARCHY_DEPTH).collect();
-        let placement = chain.into_iter().rev().fold(DAffine3::IDENTITY, |above, index| {
-            let motion = overlay.component(index, Kind::Motion).and_then(Motion::of);
-            placement_below(above, transform(index), motion, self.time)
-        });
-        Ok(placement.translation)
     }
 }
 
@@ -342,11 +338,11 @@ fn known_parent(overlay: &Overlay, component: &Component) -> Fallible<()> {
 }
 
 impl EntityHandle {
-    fn label(&self) -> String {
+    pub(super) fn label(&self) -> String {
         self.scene.lock().label(self.index)
     }
 
-    fn alive(&self) -> Fallible<()> {
+    pub(super) fn alive(&self) -> Fallible<()> {
         let is_gone = self.scene.lock().is_gone(self.index);
         match is_gone {
             true => complain(format!("{} was removed", self.label()), None),
@@ -354,13 +350,7 @@ impl EntityHandle {
         }
     }
 
-    /// World position, parents included.
-    pub fn position(&self) -> Fallible<DVec3> {
-        self.alive()?;
-        self.scene.position_of(self.index)
-    }
-
-    fn transform(&self) -> Transform {
+    pub(super) fn transform(&self) -> Transform {
         self.scene.lock().component(self.index, Kind::Transform).and_then(Transform::of).cloned().unwrap_or_default()
     }
 
@@ -371,7 +361,7 @@ impl EntityHandle {
     }
 
     fn unknown<T>(&self, property: &str) -> Fallible<T> {
-        let own = TRANSFORM_FIELDS.into_iter().chain(ANGLES.map(|a| a.0));
+        let own = TRANSFORM_FIELDS.into_iter().chain(ANGLES.map(|a| a.0)).chain(world::PROPERTIES);
         let color = self.light().map(|_| "color");
         let help = suggestion(property, own.chain(color).chain(EntityDesc::keys()));
         let worn = self.scene.lock().component(self.index, Kind::MaterialName).and_then(|c| c.record().get("name"));
@@ -394,6 +384,9 @@ impl EntityHandle {
         }
         if let ("color", Some(kind)) = (property, self.light()) {
             return self.scene.record(RecordPath::Component(self.index, kind)).get("color");
+        }
+        if let Some(value) = world::property(self, property) {
+            return value;
         }
         let overlay = self.scene.lock();
         match property {
@@ -435,6 +428,10 @@ impl EntityHandle {
         }
         match property {
             "name" => return complain("an entity's name cannot be changed", None),
+            _ if world::PROPERTIES.contains(&property) => {
+                let help = "set `translation`, `rotation` and `scale`, which are relative to the parent".to_string();
+                return complain(format!("`{property}` of {} is only read", self.label()), Some(help));
+            }
             "tags" => {
                 let value = to_value(&value).unwrap_or(Value::Unit);
                 return match Vec::<Text>::from_value(&value) {
@@ -489,7 +486,7 @@ impl EntityHandle {
         self.put(component)
     }
 
-    fn put(&mut self, component: Component) -> Fallible<()> {
+    pub(super) fn put(&mut self, component: Component) -> Fallible<()> {
         checked(component.record(), &format!("{} of {}", component.kind().name(), self.label()))?;
         let mut overlay = self.scene.lock();
         known_parent(&overlay, &component)?;

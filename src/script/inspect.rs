@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use ::rhai::{AST, ASTNode, Engine, Expr, FnCallExpr, ParseError, Position, Stmt, Token};
 
-use super::rewrite::{self, Placed};
+use super::rewrite::{self, PlacedToken};
 use super::vocabulary::Vocabulary;
 use super::words::{self, Words, plain_name};
 
@@ -127,7 +127,7 @@ pub fn all_mistakes(engine: &Engine, text: &str, first: ParseError) -> Vec<Parse
 const LOOKED_AT: usize = 64;
 
 /// Where each function of a script begins and ends, by its braces.
-fn functions(tokens: &[Placed], text: &str) -> Vec<(usize, usize)> {
+fn functions(tokens: &[PlacedToken], text: &str) -> Vec<(usize, usize)> {
     let starts = rewrite::line_starts(text);
     let mut spans = Vec::new();
     let (mut depth, mut begun) = (0usize, None);
@@ -162,8 +162,12 @@ pub fn place_of_missing(engine: &Engine, text: &str, error: &ParseError) -> Opti
         return None;
     }
     let tokens = rewrite::tokens(engine, text);
-    let before = |(_, place): &&Placed| (place.line(), place.position()) < (at.line(), at.position());
+    let before = |(_, place): &&PlacedToken| (place.line(), place.position()) < (at.line(), at.position());
     let (last, place) = tokens.iter().rfind(before)?;
+    // A word of another language is read as a variable, and what follows it comes as a surprise.
+    if matches!(last, Token::Identifier(word) if words::foreign(word).is_some()) {
+        return Some(*place);
+    }
     (place.line() < at.line()).then(|| {
         let width =
             if let Token::StringConstant(s) = last { s.chars().count() + 2 } else { last.to_string().chars().count() };
@@ -172,14 +176,13 @@ pub fn place_of_missing(engine: &Engine, text: &str, error: &ParseError) -> Opti
     })
 }
 
-/// The words of a mistake of grammar at a place in a text.
-pub fn words_of(error: &ParseError, text: &str, vocabulary: &Vocabulary) -> Words {
-    let at = error.position();
+/// The words of a mistake of grammar that is shown at a place in a text.
+pub fn words_of(error: &ParseError, at: Position, text: &str, vocabulary: &Vocabulary) -> Words {
     let line = text.lines().nth(at.line().unwrap_or(1) - 1).unwrap_or("");
-    let near: String = line
-        .chars()
-        .skip(at.position().unwrap_or(1).max(1) - 1)
-        .take_while(|c| c.is_alphanumeric() || *c == '_')
-        .collect();
+    let before = at.position().unwrap_or(1).max(1) - 1;
+    // What stands behind a dot is the name of a method, whatever it means elsewhere.
+    let is_method = before > 0 && line.chars().nth(before - 1) == Some('.');
+    let word = line.chars().skip(before).take_while(|c| c.is_alphanumeric() || *c == '_');
+    let near: String = word.filter(|_| !is_method).collect();
     words::of_error(&::rhai::EvalAltResult::ErrorParsing((*error.0).clone(), at), &near, vocabulary)
 }

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use ::rhai::{AST, ASTNode, CallFnOptions, Dynamic, Engine, Map, Position, Scope, Stmt};
 
+use super::context::ScriptContext;
 use super::convert::to_dynamic;
 use super::engine;
 use super::errors::{Call, Fallible, ScriptSource, ScriptSources};
@@ -12,11 +13,10 @@ use super::handles::SceneHandle;
 use super::modules::{ModuleGraph, ModuleLoader};
 use super::overlay::{NameIndex, Overlay};
 use super::said::Remarks;
-use super::shared::Shared;
 use super::simulation::{Simulation, state_of};
 use super::time::{self, Header};
 use super::vocabulary::Vocabulary;
-use super::{Moment, errors, sandbox};
+use super::{Moment, constraints, errors, sandbox};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, ScenePart};
 use crate::base::project::{FileRole, Folder, Project};
 use crate::base::{files, limits, random as hash, text as look_alikes};
@@ -38,7 +38,7 @@ pub struct Interpreter {
     constants: Map,
     header: Header,
     sources: ScriptSources,
-    shared: Shared,
+    shared: ScriptContext,
     /// Where the script has `start` and `step`.
     simulation: Option<Simulation>,
     /// Names of the scene that frames start from, made once.
@@ -57,7 +57,7 @@ impl Interpreter {
         project: &Arc<Project>,
         remarks: &mut Remarks,
     ) -> Result<Self, Diagnostics> {
-        let shared = Shared::new(defines, Folder::around(path, project.clone()));
+        let shared = ScriptContext::new(defines, Folder::around(path, project.clone()));
         let opened = Self::open_shared(path, defines, project, &shared);
         *remarks = shared.remarks();
         opened
@@ -67,7 +67,7 @@ impl Interpreter {
         path: &Path,
         defines: &[(String, String)],
         project: &Arc<Project>,
-        shared: &Shared,
+        shared: &ScriptContext,
     ) -> Result<Self, Diagnostics> {
         engine::fix_hashes();
         project.record(path, FileRole::Script);
@@ -209,6 +209,7 @@ impl Interpreter {
             None => self.call_function(function, &mut scope, (scene,)),
             Some(frame) => self.call_function(function, &mut scope, (scene, frame)),
         });
+        let outcome = outcome.and_then(|()| sandbox::guarded(|| constraints::resolve(&handle)));
         (outcome, handle)
     }
 

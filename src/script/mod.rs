@@ -25,6 +25,8 @@
 //! guide is made from it.
 
 mod closures;
+mod constraints;
+mod context;
 mod convert;
 mod csv_text;
 mod curve;
@@ -52,7 +54,6 @@ mod rewrite;
 mod said;
 mod sandbox;
 mod scene_api;
-mod shared;
 mod simulation;
 mod subjects;
 mod table;
@@ -61,6 +62,7 @@ mod tokens;
 mod vector;
 mod vocabulary;
 mod words;
+mod world;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

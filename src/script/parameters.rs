@@ -5,13 +5,13 @@ use std::fmt;
 use ::rhai::{Array, Dynamic, Map};
 use glam::DVec3;
 
+use super::context::ScriptContext;
 use super::convert::{describe, number, to_dynamic, to_value, vector};
 use super::errors::{Fallible, complain};
 use super::options::CallOptions;
-use super::shared::Shared;
 use super::table::{Chapter, Function};
 use crate::base::codec::{Codec, Decoder, Encoder, Malformed};
-use crate::base::color::srgb_decode;
+use crate::base::color::from_hex;
 use crate::base::diagnostics::suggestion;
 use crate::components::{Text, Value};
 
@@ -145,6 +145,34 @@ impl Parameter {
         }
     }
 
+    /// The declaration as programs read it: `name`, `kind`, `default`, and what else was said of it.
+    pub fn to_json(&self) -> serde_json::Value {
+        use serde_json::json;
+        let mut out = serde_json::Map::new();
+        out.insert("name".into(), json!(&*self.name));
+        out.insert("kind".into(), json!(self.kind.word()));
+        out.insert("default".into(), self.default.to_json());
+        match &self.kind {
+            ParameterKind::Number(range) | ParameterKind::Whole(range) => {
+                for (name, limit) in [("min", range.min), ("max", range.max), ("step", range.step)] {
+                    if let Some(x) = limit {
+                        let is_whole = matches!(self.kind, ParameterKind::Whole(_));
+                        out.insert(name.into(), if is_whole { json!(x as i64) } else { json!(x) });
+                    }
+                }
+            }
+            ParameterKind::Choice(words) => {
+                let words: Vec<&str> = words.iter().map(|word| &**word).collect();
+                out.insert("choices".into(), json!(words));
+            }
+            ParameterKind::Switch | ParameterKind::Color | ParameterKind::Vector | ParameterKind::Text => {}
+        }
+        if let Some(label) = &self.label {
+            out.insert("label".into(), json!(&**label));
+        }
+        serde_json::Value::Object(out)
+    }
+
     /// The value that is given on the command line.
     fn parse(&self, given: &str) -> Option<Value> {
         let value = match &self.kind {
@@ -240,13 +268,7 @@ fn three(text: &str) -> Option<DVec3> {
 
 /// A colour of the screen as linear light.
 fn hex(text: &str) -> Option<DVec3> {
-    let digits = text.trim().strip_prefix('#')?;
-    if digits.len() != 6 || !digits.is_ascii() {
-        return None;
-    }
-    let channel =
-        |i: usize| u8::from_str_radix(&digits[i..i + 2], 16).ok().map(|x| f64::from(srgb_decode(f32::from(x) / 255.0)));
-    Some(DVec3::new(channel(0)?, channel(2)?, channel(4)?))
+    from_hex(text).map(|color| DVec3::from_array(color.map(f64::from)))
 }
 
 /// A value as it may be given with `-D`.
@@ -320,7 +342,7 @@ fn words(options: &CallOptions, list: &Dynamic) -> Fallible<Vec<Text>> {
 
 /// The value given by `-D`, read as the declaration says; the default if none is given.
 fn param(name: &str, default: &Dynamic, options: &Map) -> Fallible<Dynamic> {
-    let shared = Shared::current("param")?;
+    let shared = ScriptContext::current("param")?;
     let parameter = Parameter::declare(name, default, options)?;
     shared.declare(&parameter)?;
     let Some((_, given)) = shared.defines.iter().rev().find(|(known, _)| known == name) else {

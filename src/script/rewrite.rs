@@ -43,10 +43,10 @@ impl Rewritten {
 }
 
 /// One token with its place.
-pub type Placed = (Token, Position);
+pub type PlacedToken = (Token, Position);
 
 /// The tokens of a text; what cannot be read ends the list with an error token.
-pub fn tokens(engine: &Engine, text: &str) -> Vec<Placed> {
+pub fn tokens(engine: &Engine, text: &str) -> Vec<PlacedToken> {
     let inputs = [text];
     let (stream, control) = engine.lex(&inputs);
     let mut all = Vec::new();
@@ -112,7 +112,7 @@ fn rewrite(engine: &Engine, text: &str) -> Rewritten {
 }
 
 /// For each bracket the one that belongs to it.
-fn partners(tokens: &[Placed]) -> Vec<Option<usize>> {
+fn partners(tokens: &[PlacedToken]) -> Vec<Option<usize>> {
     let mut partners = vec![None; tokens.len()];
     let mut open = Vec::new();
     for (i, (token, _)) in tokens.iter().enumerate() {
@@ -137,7 +137,7 @@ fn is_assignment(token: &Token) -> bool {
 }
 
 /// `.get(...)` or `.material(...)` that something is assigned to.
-fn lookup(tokens: &[Placed], partners: &[Option<usize>], i: usize, changes: &mut Vec<TextChange>) {
+fn lookup(tokens: &[PlacedToken], partners: &[Option<usize>], i: usize, changes: &mut Vec<TextChange>) {
     let [(Token::Period, _), (Token::Identifier(name), _), (Token::LeftParen, open), ..] = &tokens[i..] else { return };
     if !["get", "material"].contains(&name.as_str()) {
         return;
@@ -171,7 +171,7 @@ fn ends_value(token: &Token) -> bool {
 }
 
 /// An index that is more than a number or a text.
-fn index(tokens: &[Placed], partners: &[Option<usize>], i: usize, changes: &mut Vec<TextChange>) {
+fn index(tokens: &[PlacedToken], partners: &[Option<usize>], i: usize, changes: &mut Vec<TextChange>) {
     let is_index = match tokens[i].0 {
         Token::LeftBracket => i > 0 && ends_value(&tokens[i - 1].0),
         Token::QuestionBracket => true,
@@ -190,7 +190,7 @@ fn index(tokens: &[Placed], partners: &[Option<usize>], i: usize, changes: &mut 
 
 /// `target /= value` on one line.
 fn divide_assign(
-    tokens: &[Placed],
+    tokens: &[PlacedToken],
     partners: &[Option<usize>],
     i: usize,
     text: &str,

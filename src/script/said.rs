@@ -6,9 +6,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ::rhai::{Dynamic, NativeCallContext};
 
 use super::Moment;
+use super::context::ScriptContext;
 use super::errors::Fallible;
 use super::parameters::Parameter;
-use super::shared::Shared;
 use super::table::{Chapter, Function};
 use crate::base::codec::{Codec, Decoder, Encoder, Malformed};
 use crate::base::diagnostics::ranges;
@@ -157,7 +157,7 @@ impl Log {
 }
 
 fn say(context: &NativeCallContext, text: &str) -> Fallible<()> {
-    let shared = Shared::current(PRINT)?;
+    let shared = ScriptContext::current(PRINT)?;
     let at = context.call_position();
     let file = context.fn_source().unwrap_or("").into();
     let line = at.line().unwrap_or(0) as u32;

@@ -3,11 +3,11 @@
 use ::rhai::{Array, Dynamic, NativeCallContext};
 use glam::DVec3;
 
+use super::context::ScriptContext;
 use super::convert::{describe, is_vector, number, vector};
 use super::easing::ease;
 use super::errors::{Fallible, complain};
 use super::handles::{EntityHandle, SceneHandle};
-use super::shared::Shared;
 use super::table::{Chapter, Function};
 
 /// Where a subject is in the world: a point, an entity, or the name of one.
@@ -16,7 +16,7 @@ pub fn point_of(context: &NativeCallContext, subject: &Dynamic) -> Fallible<DVec
         return vector(subject);
     }
     if subject.is_string() || subject.is::<EntityHandle>() {
-        return position(&Shared::current_scene(context.fn_name())?, subject);
+        return position(&ScriptContext::current_scene(context.fn_name())?, subject);
     }
     complain(format!("expected a point, an entity or the name of one, found {}", describe(subject)), None)
 }
@@ -130,12 +130,12 @@ pub const CHAPTER: Chapter = Chapter {
                 .register_fn("rack", |a: Any, b: Any, t: Any| -> Fallible<f64> {
                     // With a list first it is the form with an easing, and the last argument is that.
                     match a.read_lock::<Array>().filter(|list| !t.is_int() && !t.is_float() && !list.is_empty()) {
-                        Some(list) => rack_over(&Shared::current_scene("rack")?, &list, number(&b)?, Some(&t)),
-                        None => rack(&Shared::current_scene("rack")?, &a, &b, number(&t)?),
+                        Some(list) => rack_over(&ScriptContext::current_scene("rack")?, &list, number(&b)?, Some(&t)),
+                        None => rack(&ScriptContext::current_scene("rack")?, &a, &b, number(&t)?),
                     }
                 })
                 .register_fn("rack", |subjects: Array, t: Any| {
-                    rack_over(&Shared::current_scene("rack")?, &subjects, number(&t)?, None)
+                    rack_over(&ScriptContext::current_scene("rack")?, &subjects, number(&t)?, None)
                 })
                 .register_fn("rack", |scene: &mut SceneHandle, a: Any, b: Any, t: Any| rack(scene, &a, &b, number(&t)?))
                 .register_fn("rack", |scene: &mut SceneHandle, subjects: Array, t: Any| {

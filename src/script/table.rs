@@ -33,6 +33,8 @@ pub const CHAPTERS: &[&Chapter] = &[
     &super::paths::CHAPTER,
     &super::noise::CHAPTER,
     &super::placing::CHAPTER,
+    &super::world::CHAPTER,
+    &super::constraints::CHAPTER,
     &super::subjects::CHAPTER,
     &super::vector::CHAPTER,
     &super::random::CHAPTER,

@@ -434,3 +434,49 @@ proptest! {
         }
     }
 }
+
+/// The transform that a frame leaves entity number `index` with.
+fn transform_of(body: &str, index: usize) -> Transform {
+    let edits = frame(body).unwrap();
+    let found = edits.into_iter().find_map(|edit| match edit {
+        Edit::Put { entity, component: Component::Transform(transform) } if entity == index => Some(transform),
+        _ => None,
+    });
+    found.expect("the frame moves the entity")
+}
+
+#[test]
+fn constraints_follow_what_stands_at_the_end_in_any_order() {
+    // The lamp looks at a ball that is moved afterwards, and itself by a constraint.
+    let body = "s.get(\"key\").look_at(\"near\"); s.get(\"key\").translation = [0, 5, 0];
+                s.get(\"near\").copy(\"far\"); s.get(\"far\").translation = [0, 0, 0];";
+    let near = transform_of(body, 0);
+    assert_eq!(near.translation, DVec3::ZERO);
+    let face = crate::base::math::rotation_matrix(transform_of(body, 2).rotation) * DVec3::NEG_Y;
+    assert!((face - DVec3::NEG_Y).length() < 1e-9, "{face}");
+    let turned = transform_of("s.get(\"far\").translation = [5, 0, 8]; s.get(\"near\").track(\"far\");", 0);
+    let look = crate::base::math::rotation_matrix(turned.rotation) * DVec3::NEG_Z;
+    assert!((look - DVec3::X).length() < 1e-9, "{look}");
+}
+
+#[test]
+fn constraints_that_go_round_are_refused_where_they_are_made() {
+    let body = "s.get(\"near\").copy(\"far\");\ns.get(\"far\").look_at(\"near\");";
+    said(body, &["show.rhai:", "constraints go round in a circle", "`near`", "`far`"]);
+    said("s.get(\"near\").look_at(\"near\");", &["show.rhai:4", "would have to stand before itself"]);
+    said("s.get(\"near\").parent = \"far\"; s.get(\"far\").copy(\"near\");", &["show.rhai:4", "far"]);
+    said("s.get(\"near\").look_at(3);", &["expected an entity, its name or a point"]);
+    said("s.get(\"near\").world_position = [1, 2, 3];", &["show.rhai:4", "is only read", "set `translation`"]);
+    said("s.get(\"key\").bounds", &["has no bounds"]);
+}
+
+#[test]
+fn what_is_attached_stays_where_it_is_and_is_carried() {
+    let body = "s.get(\"far\").yaw = 90; s.get(\"far\").scale = 2; s.get(\"near\").attach(\"far\");
+                let before = s.get(\"near\").world_position;
+                s.get(\"far\").translation.x += 3;
+                s.camera.from = s.get(\"near\").world_position - before + [0, 0, 9];";
+    let Some(Edit::Camera(camera)) = frame(body).unwrap().into_iter().next() else { panic!("no camera") };
+    assert!((camera.from - DVec3::new(3.0, 0.0, 9.0)).length() < 1e-12, "{}", camera.from);
+    assert_eq!(transform_of(body, 0).parent.as_deref(), Some("far"));
+}

@@ -2,10 +2,10 @@
 
 use ::rhai::{Dynamic, Map};
 
+use super::context::ScriptContext;
 use super::convert::{describe, number, to_value};
 use super::errors::{Fallible, complain};
 use super::random::Generator;
-use super::shared::Shared;
 use super::table::{Chapter, Function};
 use crate::base::diagnostics::suggestion;
 use crate::base::limits;
@@ -139,7 +139,7 @@ impl FrameTime {
         };
         let fps = header.rate.per_second();
         let dt = 1.0 / (fps * f64::from(header.steps_per_frame));
-        // Shared, so that asking for it copies nothing.
+        // ScriptContext, so that asking for it copies nothing.
         let state = state.into_shared();
         FrameTime { number, at, count: header.frames, fps, t, dt, rng: Generator::new(seed), state }
     }
@@ -186,7 +186,7 @@ pub const CHAPTER: Chapter = Chapter {
             register: |engine| {
                 engine.register_type_with_name::<FrameTime>("Frame");
                 engine.register_fn("animation", |map: Map| -> Fallible<()> {
-                    Shared::current("animation")?.set_header(Header::read(&map)?)
+                    ScriptContext::current("animation")?.set_header(Header::read(&map)?)
                 });
             },
         },

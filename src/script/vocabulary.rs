@@ -102,6 +102,9 @@ impl Vocabulary {
 
     /// The function that is meant by a name that there is not.
     pub fn nearest_function(&self, name: &str) -> Option<String> {
+        if table::functions().any(|function| function.name == name) {
+            return Some(format!("`{name}` is a property: leave the brackets out"));
+        }
         // Ours before those of the engine, which a script rarely wants.
         let ours: Vec<&str> = self
             .own

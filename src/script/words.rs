@@ -51,10 +51,7 @@ pub fn of_error(error: &EvalAltResult, near: &str, vocabulary: &Vocabulary) -> W
         E::ErrorBitFieldBounds(count, index, _) => {
             only(format!("a whole number has {count} bits: there is no bit {index}"))
         }
-        E::ErrorFor(_) => with(
-            "`for` goes through a list, a range, a map's keys or values, or a text",
-            "write `for i in 0..10` to count, `for key in map.keys()` for a map",
-        ),
+        E::ErrorFor(_) => no_list(),
         E::ErrorMismatchDataType(expected, found, _) | E::ErrorMismatchOutputType(expected, found, _) => {
             let (expected, found) = (plain_type(expected), plain_type(found));
             match (expected.as_str(), found.as_str()) {
@@ -81,6 +78,13 @@ pub fn of_error(error: &EvalAltResult, near: &str, vocabulary: &Vocabulary) -> W
         E::ErrorForbiddenVariable(name, _) => only(format!("`{name}` cannot be the name of a variable")),
         _ => of_limits(error),
     }
+}
+
+fn no_list() -> Words {
+    with(
+        "`for` goes through a list, a range, a map's keys or values, or a text",
+        "write `for i in 0..10` to count, `for key in map.keys()` for a map",
+    )
 }
 
 /// What a script may not have more of.
@@ -129,7 +133,7 @@ fn arithmetic(text: &str) -> Words {
 }
 
 /// Words of other languages that stand where this one has another.
-fn foreign(word: &str) -> Option<&'static str> {
+pub fn foreign(word: &str) -> Option<&'static str> {
     Some(match word {
         "and" => "write `&&` for `and`",
         "or" => "write `||` for `or`",
@@ -187,8 +191,11 @@ fn of_grammar(kind: &ParseErrorType, near: &str) -> Words {
         P::ForbiddenVariable(name) => only(format!("`{name}` cannot be the name of a variable")),
         P::DuplicatedProperty(name) => only(format!("`{name}` is given twice in this map")),
         P::DuplicatedVariable(name) => only(format!("`{name}` is named twice")),
+        P::MismatchedType(expected, _) if expected.contains("iterable") => no_list(),
         P::MismatchedType(expected, found) => {
-            only(format!("expected a {}, found {}", plain_type(expected), article(&plain_type(found))))
+            let bare = |name: &str| name.trim_start_matches("an ").trim_start_matches("a ").to_string();
+            let (expected, found) = (bare(&plain_type(expected)), bare(&plain_type(found)));
+            only(format!("expected {}, found {}", article(&expected), article(&found)))
         }
         P::WrongFnDefinition => with(
             "a function cannot stand inside another one",
@@ -255,6 +262,7 @@ fn operator(symbol: &str) -> Words {
         "\u{201c}" | "\u{201d}" | "\u{201e}" | "\u{2018}" | "\u{2019}" => "texts stand in straight quotes: \"...\"",
         "\u{2212}" | "\u{2013}" => "this dash is no minus sign: write -",
         "\u{a0}" => "this is a no-break space: write a plain one",
+        "}" | ")" | "]" => return only(format!("this `{symbol}` closes nothing: there is one too many")),
         "eval" | "timestamp" => return only(format!("a script has no `{symbol}`")),
         _ => return only(format!("`{symbol}` is not an operator of this language")),
     };

@@ -22,7 +22,7 @@ use crate::systems::EmitterId;
 
 /// The number of the pictures themselves: raise it with every change to the program that changes a pixel or a byte of
 /// a file, so that frames of an older program count as stale.
-pub const PICTURES: u32 = 5;
+pub const PICTURES: u32 = 4;
 
 /// An emitter that has another colour in a frame than in the scene that frames start from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -173,6 +173,11 @@ impl BaseFingerprint {
     /// The digest of what a file holds that the scene names so; `None` if the text names none.
     pub fn content_of(&self, text: &Text) -> Option<Digest> {
         self.assets.content(text)
+    }
+
+    /// Feeds the content of every file that a value names.
+    pub fn feed_files(&self, value: &Value, hasher: &mut Hasher) {
+        self.assets.feed(value, hasher);
     }
 
     /// A file that the scene names and that has changed since it was hashed.

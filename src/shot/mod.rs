@@ -7,14 +7,18 @@
 //! applied, it is rendered, they are taken back; where the shutter is open, so for each of its [`Slice`]s of time. While
 //! one frame is rendered the one before is encoded and written.
 
+pub mod advice;
 mod assets;
+pub mod chunks;
 mod description;
 mod files;
 pub mod fingerprint;
+pub mod live;
 mod parts;
 pub mod plan;
 pub mod reuse;
 pub mod run;
+pub mod set;
 mod shutter;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -90,6 +94,10 @@ pub struct OpenOptions {
     pub access: Access,
     /// Where the script is evaluated.
     pub evaluation: Evaluation,
+    /// A temporary folder that the input lies in, which is there for as long as the shot is open.
+    pub unpacked: Option<Arc<tempfile::TempDir>>,
+    /// Keep the scene as its file says it, for [`Shot::authored`].
+    pub keep_scene: bool,
 }
 
 /// An input that is open: a script with its scene, or a scene alone.
@@ -103,6 +111,9 @@ pub struct Shot {
     input: Input,
     path: PathBuf,
     project: Arc<Project>,
+    authored: Option<Arc<Scene>>,
+    /// Removed when the shot is closed: it is the last field, so that whoever reads files there is gone by then.
+    _unpacked: Option<Arc<tempfile::TempDir>>,
 }
 
 /// What frames are made from, whatever World they are made in.
@@ -136,9 +147,17 @@ pub fn open(
 /// # Errors
 /// Every mistake in the input, each with its place.
 pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostics), Diagnostics> {
-    let OpenOptions { defines, strict, overrides, access, evaluation } = options;
+    let project = Project::of(input, &options.access)?;
+    open_in(input, options, project)
+}
+
+/// As [`open_with`], in a project that is known: the files that were looked for are known to it even where opening fails.
+///
+/// # Errors
+/// As [`open_with`].
+pub fn open_in(input: &Path, options: OpenOptions, project: Arc<Project>) -> Result<(Shot, Diagnostics), Diagnostics> {
+    let OpenOptions { defines, strict, overrides, access: _, evaluation, keep_scene, unpacked: _unpacked } = options;
     let path = input.to_path_buf();
-    let project = Project::of(input, &access)?;
     let name = input.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let source = input.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let is_script = input.extension().is_some_and(|e| e.eq_ignore_ascii_case("rhai"));
@@ -151,11 +170,12 @@ pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostic
         let scene = Arc::new(scene);
         let base = BaseFingerprint::new(scene.clone(), Assets::new(scene.base.clone())).without_entities();
         let settings = scene.render.clone();
+        let authored = keep_scene.then(|| scene.clone());
         let stage = systems::spawn(Arc::unwrap_or_clone(scene))?;
         let scene_file = Some((path.clone(), project.clone()));
         let (meshes, entities_as_written) = (MeshFiles::default(), true);
         let input = Input { program: None, base, settings, overrides, meshes, scene_file, entities_as_written };
-        return Ok((Shot { name, source, stage, input, path, project }, warnings));
+        return Ok((Shot { name, source, stage, input, path, project, authored, _unpacked }, warnings));
     }
     let program = Program::open(input, &defines, &project, &evaluation)?;
     let scene_file = program.scene_path()?;
@@ -171,7 +191,7 @@ pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostic
     let edits = meshes.complete(&scene, program.setup(&scene)?)?;
     let mut stage = systems::spawn(Scene::clone(&scene))?;
     systems::animate(&mut stage, edits).map_err(|problems| in_setup(&program, &scene, problems))?;
-    drop(scene);
+    let authored = keep_scene.then_some(scene);
     let rest = Arc::new(systems::collect(&stage));
     let entities_as_written = rest.entities.len() == stage.entity_count();
     if !entities_as_written {
@@ -182,7 +202,7 @@ pub fn open_with(input: &Path, options: OpenOptions) -> Result<(Shot, Diagnostic
     let base = BaseFingerprint::new(rest.clone(), Assets::new(rest.base.clone()));
     let program = Some((program, rest));
     let input = Input { program, base, settings, overrides, meshes, scene_file, entities_as_written };
-    Ok((Shot { name, source, stage, input, path, project }, warnings))
+    Ok((Shot { name, source, stage, input, path, project, authored, _unpacked }, warnings))
 }
 
 /// Mistakes that what `setup` has built has, with the places where it did.

@@ -1,5 +1,6 @@
 //! Columns -> film: the accelerator is brought up to date, then tiles are traced on all threads.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -69,7 +70,12 @@ pub struct PartialFrame {
     pub tile_cache: Option<(StaticCameraCache, usize)>,
     /// Photon maps that are kept, and room for more of them.
     pub photon_cache: Option<PhotonCache>,
+    /// Who looks at tiles as they are done, where one light group is all of the picture.
+    pub tile_sink: Option<TileSink>,
 }
+
+/// Called from any thread with the pixels of a tile, and their sums so far.
+pub type TileSink = Arc<dyn Fn(&[[u32; 2]], &PixelAccumulator) + Send + Sync>;
 
 /// The accumulators of a frame, set up with its first samples.
 struct FrameAccumulators {
@@ -214,7 +220,8 @@ pub fn render_samples(
         regions: None,
     };
     let built = Instant::now();
-    let PartialFrame { accumulators, stats, guide, tile_cache, photon_cache, .. } = partial;
+    let PartialFrame { accumulators, stats, guide, tile_cache, photon_cache, tile_sink, .. } = partial;
+    let sink = tile_sink.as_deref().filter(|_| context.light_groups == 1);
     let accumulators =
         accumulators.get_or_insert_with(|| FrameAccumulators::new(&settings, &filter, context.light_groups));
     let turns = settings.turns(share.of);
@@ -237,9 +244,9 @@ pub fn render_samples(
         }
         let estimator = Estimator { context, photons };
         let counters = match tile_cache {
-            None => tiles(estimator, share, accumulators, cancel, progress),
+            None => tiles(estimator, share, accumulators, sink, cancel, progress),
             Some((cache, of_window)) => {
-                retrace_stale_tiles(estimator, accumulators, cache, *of_window, stats, cancel, progress)
+                retrace_stale_tiles(estimator, accumulators, (cache, *of_window), stats, sink, cancel, progress)
             }
         };
         let Some(counters) = counters else { return Ok(false) };
@@ -303,13 +310,16 @@ fn environment_of(stage: &mut Stage, settings: &Render, sampled: bool) -> Result
     Ok(Some(kept))
 }
 
+/// A sink while a frame is traced.
+type SinkRef<'a> = Option<&'a (dyn Fn(&[[u32; 2]], &PixelAccumulator) + Send + Sync)>;
+
 /// Traces samples again that may differ from those of the frames before, and keeps the others.
 fn retrace_stale_tiles(
     estimator: Estimator,
     accumulators: &mut FrameAccumulators,
-    cache: &mut StaticCameraCache,
-    of_window: usize,
+    (cache, of_window): (&mut StaticCameraCache, usize),
     stats: &mut FrameStats,
+    sink: SinkRef,
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Option<Counters> {
@@ -321,7 +331,7 @@ fn retrace_stale_tiles(
     let samples = (settings.rounds == 1 && !settings.features).then_some(settings.strata * settings.strata);
     let pixels = |tile: usize| accumulators.grid.pixels(tile).len();
     if !cache.make_room(&accumulators.tiles, pixels, samples) {
-        return tiles(estimator, SampleSubset::WHOLE, accumulators, cancel, progress);
+        return tiles(estimator, SampleSubset::WHOLE, accumulators, sink, cancel, progress);
     }
     let (regions, kept) = cache.parts(of_window);
     let estimator = Estimator { context: RenderContext { regions: Some(regions), ..context }, ..estimator };
@@ -343,6 +353,9 @@ fn retrace_stale_tiles(
             worker,
         );
         accumulator.clone_from(&kept.accumulator);
+        if let Some(sink) = sink {
+            sink(&grid.pixels(index), accumulator);
+        }
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
         Some((worker.take_counters(), [again, kept.trail.len()]))
     };
@@ -365,6 +378,7 @@ fn tiles(
     estimator: Estimator,
     share: SampleSubset,
     accumulators: &mut FrameAccumulators,
+    sink: SinkRef,
     cancel: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Option<Counters> {
@@ -376,7 +390,11 @@ fn tiles(
             return None;
         }
         worker.start_tile();
-        integrator::render_pixels(estimator, &grid.pixels(index), share, accumulators, worker);
+        let pixels = grid.pixels(index);
+        integrator::render_pixels(estimator, &pixels, share, accumulators, worker);
+        if let Some(sink) = sink {
+            sink(&pixels, &accumulators[0]);
+        }
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, total * share.of as usize);
         Some(worker.take_counters())
     };

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
+use rustc_hash::FxHashMap;
 
 use super::hierarchy::Placement;
 use super::stage::{AuthoredIndex, MaterialIndex, Stage, get};
@@ -33,15 +34,44 @@ pub enum ReuseBounds {
     },
 }
 
+/// What else goes into the digest of a value, as the content of a file that it names.
+type FeedValue<'a> = &'a mut dyn FnMut(&Value, &mut Hasher);
+
+/// The reuse bounds of all entities, as the World is now, for windows that outlive the files that the World is made of:
+/// `feed` adds what a named file holds, and a mesh is known by what it holds and how many entities share it.
+pub fn all_reuse_bounds(stage: &Stage, feed: FeedValue) -> Vec<ReuseBounds> {
+    let mut all: Vec<ReuseBounds> =
+        (0..stage.entities.len()).map(|index| reuse_bounds_with(stage, index, feed)).collect();
+    let mut shared: FxHashMap<usize, u64> = FxHashMap::default();
+    for object in &all {
+        if let ReuseBounds::Bounded { mesh: Some(mesh), .. } = object {
+            *shared.entry(*mesh).or_default() += 1;
+        }
+    }
+    for object in &mut all {
+        if let ReuseBounds::Bounded { digest, mesh: Some(mesh), .. } = object {
+            let mut hasher = Hasher::default();
+            hasher.digest(*digest);
+            hasher.word(shared[mesh]);
+            *digest = hasher.finish();
+        }
+    }
+    all
+}
+
 /// The reuse bounds of the entity at an authored index, as the World is now.
 pub fn reuse_bounds(stage: &Stage, index: usize) -> ReuseBounds {
+    reuse_bounds_with(stage, index, &mut |_, _| {})
+}
+
+fn reuse_bounds_with(stage: &Stage, index: usize, feed: FeedValue) -> ReuseBounds {
     let Some(entity) = stage.live(index) else { return ReuseBounds::Nothing };
     let placement = stage.world.get::<&Placement>(entity).map_or(DAffine3::IDENTITY, |p| p.0);
     let mut hasher = Hasher::default();
     placement.to_cols_array().into_iter().for_each(|x| hasher.number(x));
     let (mut place, mut mesh, mut everywhere): (Option<Kdop>, _, _) = (None, None, false);
     for component in Kind::ALL.iter().filter_map(|kind| get(&stage.world, entity, *kind)) {
-        feed_component(&component, |_| true, &mut hasher, &mut |_, _| {});
+        feed_component(&component, |_| true, &mut hasher, feed);
         match component.kind().role() {
             // Where the entity is at the moment is in its placement; what it did before is not.
             Role::Placement => everywhere |= component.kind() == Kind::Motion,
@@ -51,7 +81,7 @@ pub fn reuse_bounds(stage: &Stage, index: usize) -> ReuseBounds {
                 let number = number.filter(|_| component.kind() == MaterialName::KIND).map(|number| number.0 as usize);
                 if let Some(material) = number.and_then(|i| stage.world.get::<&Material>(stage.materials[i]).ok()) {
                     everywhere |= is_emissive(&material);
-                    feed_record(&*material, |_, _| true, &mut hasher, &mut |_, _| {});
+                    feed_record(&*material, |_, _| true, &mut hasher, feed);
                 }
             }
             Role::Shape => {
@@ -66,7 +96,7 @@ pub fn reuse_bounds(stage: &Stage, index: usize) -> ReuseBounds {
                 for index in shape.worn().filter_map(|name| stage.material_names.get(name)) {
                     if let Ok(material) = stage.world.get::<&Material>(stage.materials[*index]) {
                         everywhere |= is_emissive(&material);
-                        feed_record(&*material, |_, _| true, &mut hasher, &mut |_, _| {});
+                        feed_record(&*material, |_, _| true, &mut hasher, feed);
                     }
                 }
             }

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::open_window::{NextState, OpenObjects};
 use super::reuse_bounds::ReuseBounds;
 use crate::base::limits;
 use crate::film::PixelAccumulator;
@@ -18,6 +19,8 @@ pub struct ObjectStates {
     states: Vec<Vec<Option<u32>>>,
     /// The bit that stands for a state in footprints.
     bits: Vec<u64>,
+    /// Of a window that goes on with frames that nobody knows yet.
+    open: Option<OpenObjects>,
 }
 
 /// A state of an object: the first frame that has it, and where the object is.
@@ -75,7 +78,40 @@ impl ObjectStates {
         } else {
             merge_by_frame(&all, objects.len(), limit)
         };
-        Some(ObjectStates { boxes: TrackedRegions::new(&places), states, bits })
+        Some(ObjectStates { boxes: TrackedRegions::new(&places), states, bits, open: None })
+    }
+
+    /// A window that starts with these objects and goes on with whatever is added; `None` if there are too many, or none
+    /// that has a size.
+    pub fn open(objects: &[ReuseBounds]) -> Option<ObjectStates> {
+        let (open, bits, regions) = OpenObjects::new(objects)?;
+        let mut states = ObjectStates { boxes: TrackedRegions::new(&regions), open: Some(open), ..Default::default() };
+        let row = bits.into_iter().map(|bits| (bits != 0).then(|| states.add(bits))).collect();
+        states.states.push(row);
+        Some(states)
+    }
+
+    fn add(&mut self, bits: u64) -> u32 {
+        self.bits.push(bits);
+        (self.bits.len() - 1) as u32
+    }
+
+    /// Adds a frame to an open window; false if anything may have changed everywhere, which ends it.
+    fn push(&mut self, objects: &[ReuseBounds]) -> bool {
+        let Some(next) = self.open.as_mut().map(|open| open.next(objects)) else { return false };
+        let Some(last) = self.states.last().cloned() else { return false };
+        let mut row = Vec::with_capacity(next.len());
+        for (object, state) in next.into_iter().enumerate() {
+            row.push(match state {
+                NextState::Same => last.get(object).copied().flatten(),
+                NextState::Gone => None,
+                NextState::New(bits) => Some(self.add(bits)),
+                NextState::Unbounded => return false,
+            });
+        }
+        self.states.iter_mut().for_each(|before| before.resize(row.len(), None));
+        self.states.push(row);
+        true
     }
 
     /// Bits of the states that objects left or took from one frame to another.
@@ -168,11 +204,23 @@ impl StaticCameraCache {
         StaticCameraCache { states, tiles: Vec::new(), conditions, middle: None, memory }
     }
 
+    /// Adds a frame to an open window and gives its number; `None` if the window ends here.
+    pub fn push(&mut self, objects: &[ReuseBounds]) -> Option<usize> {
+        if self.conditions.len() >= limits::LIVE_WINDOW_FRAMES || !self.states.push(objects) {
+            return None;
+        }
+        self.conditions.push(None);
+        Some(self.conditions.len() - 1)
+    }
+
     /// The bounds that the rays of a frame are to be tested against, and the tiles.
     pub fn parts(&mut self, frame: usize) -> (DirtyRegions<'_>, &mut [CachedTile]) {
         let StaticCameraCache { states, tiles, middle, .. } = self;
         let later = frame + 1..states.frames();
-        let live = later.fold(0, |bits, later| bits | states.changes(frame, later));
+        let live = match &states.open {
+            Some(_) => u64::MAX,
+            None => later.fold(0, |bits, later| bits | states.changes(frame, later)),
+        };
         let middle = middle.unwrap_or_default();
         (DirtyRegions { boxes: &states.boxes, live, middle, width: Width::detect() }, tiles)
     }

@@ -262,10 +262,11 @@ fn rays_too_faint_to_show_are_not_followed() {
         let count = ["refraction_rays", "reflection_rays"].map(|key| stats[key].as_u64().unwrap()).iter().sum::<u64>();
         (count, image::load_from_memory(&sandbox.read(&format!("{depth}.png"))).unwrap().to_rgb32f())
     };
+    const FAINT: &str = "min_weight: 0.00002";
     let sandbox = Sandbox::new();
-    let ((shallow, faint), (deep, _)) = (rays(&sandbox, "", 12), rays(&sandbox, "", 64));
+    let ((shallow, faint), (deep, _)) = (rays(&sandbox, FAINT, 12), rays(&sandbox, FAINT, 64));
     assert!(deep <= 2 * shallow, "{deep} rays at depth 64, {shallow} at depth 12");
-    let ((all, whole), (more, _)) = (rays(&sandbox, "min_weight: 0.0", 12), rays(&sandbox, "min_weight: 0.0", 16));
+    let ((all, whole), (more, _)) = (rays(&sandbox, "", 12), rays(&sandbox, "", 16));
     assert!(more > 2 * all && all > 2 * shallow, "{more} of all rays, {all} of those at depth 12, {shallow} followed");
     // What is left out does not show: less than half a step of a screen.
     let far = faint.pixels().zip(whole.pixels()).flat_map(|(a, b)| (0..3).map(move |c| (a[c] - b[c]).abs()));

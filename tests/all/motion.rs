@@ -241,7 +241,7 @@ fn a_mistake_between_frames_is_found_and_keeps_to_its_frame() {
     assert!(sandbox.exists("out/wrong.0002.png") && !sandbox.exists("out/wrong.0003.png"));
     let behind = SHOW.replace(
         "if f.t",
-        "s.camera.aperture = 0.1; if f.t > 0.4 && f.t < 0.5 { s.camera.focus = [0, 2, 99]; }\nif f.t",
+        "s.camera.aperture = 0.1; if f.t > 0.4 && f.t < 0.5 { s.camera.focus = [0, 2, -99]; }\nif f.t",
     );
     sandbox.write("behind.rhai", behind);
     sandbox.anim("check behind.rhai").fails(3, &["in frame 2: the camera is focused on the point, which is behind it"]);

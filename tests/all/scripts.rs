@@ -25,7 +25,7 @@ fn a_table_of_numbers_moves_a_chart() {
     let dumped = sandbox.anim("dump chart.rhai --frame 2").ok().stdout;
     assert!(dumped.contains("scale: (1.0, 3.5, 1.0)"), "{dumped}");
     let said = sandbox.anim("check chart.rhai").ok().stderr;
-    assert!(said.contains("chart.rhai:11: in frame 3: c of [0, 1, 2]"), "{said}");
+    assert!(said.contains("chart.rhai:10: in frame 3: c of [0, 1, 2]"), "{said}");
     sandbox.write("level.csv", "time,level,note\n0,1.5,a\n1,2.5,b\n2,high,c\n3,1,d\n");
     sandbox
         .anim("check chart.rhai")
@@ -121,4 +121,49 @@ fn the_guide_is_printed_and_written() {
     assert!(sandbox.anim("completions bash").ok().stdout.contains("anim"));
     sandbox.anim("man pages").ok();
     assert!(sandbox.exists("pages/anim.1") && sandbox.exists("pages/anim-render.1"));
+}
+
+#[test]
+fn what_can_hardly_be_meant_is_warned_of() {
+    let sandbox = Sandbox::new();
+    let scene = |light: &str| {
+        format!(
+            "(camera: (from: (0, 0, 5), at: (0, 0, 0)), entities: [(name: \"ball\", sphere: ()), {light}
+              (name: \"lost\", sphere: (), transform: (translation: (0, 0, 20)))])"
+        )
+    };
+    sandbox.write("dark.ron", scene("")).write("lit.ron", scene("(point_light: (position: (0, 5, 5))),"));
+    let said = sandbox.anim("check dark.ron").ok();
+    assert!(said.stderr.contains("dark.ron: warning: there is no light in the scene"), "{}", said.stderr);
+    assert!(said.stderr.contains("dark.ron:2:15: warning: entity `lost` is outside the picture"), "{}", said.stderr);
+    assert!(said.stdout.contains("2 warnings"), "{}", said.stdout);
+    sandbox.anim("check lit.ron --strict").fails(3, &["error: entity `lost` is outside the picture"]);
+    sandbox.write(
+        "still.rhai",
+        "animation(#{ scene: \"lit.ron\", frames: 3 });\nfn frame(s, f) { s.get(\"ball\").yaw = 90; s.despawn(s.get(\"lost\")); }",
+    );
+    sandbox.anim("check still.rhai --strict").fails(3, &["still.rhai: error: nothing moves: all 3 frames"]);
+    sandbox.write(
+        "moves.rhai",
+        "animation(#{ scene: \"lit.ron\", frames: 3 });\nfn setup(s) { s.despawn(s.get(\"lost\")); }\nfn frame(s, f) { s.get(\"ball\").translation.x = f.t; }",
+    );
+    assert!(sandbox.anim("check moves.rhai --strict").ok().stdout.contains("good"));
+}
+
+#[test]
+fn editors_get_mistakes_and_warnings_with_their_places() {
+    let sandbox = Sandbox::new();
+    sandbox
+        .write("a.ron", "(camera: (fov: 40),\n entities: [(sphere: (radios: 1))])")
+        .write("b.ron", "(entities: [(sphere: ())])");
+    let outcome = sandbox.anim("check a.ron b.ron --json");
+    let lines: Vec<serde_json::Value> =
+        outcome.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!((lines[0]["good"].clone(), lines[1]["good"].clone()), (false.into(), true.into()));
+    let mistake = &lines[0]["diagnostics"][0];
+    assert_eq!((&mistake["severity"], &mistake["file"]), (&"error".into(), &"a.ron".into()));
+    assert_eq!((&mistake["line"], &mistake["column"], &mistake["width"]), (&2.into(), &23.into(), &6.into()));
+    assert_eq!(mistake["help"], "did you mean `radius`?");
+    assert_eq!(lines[1]["diagnostics"][0]["severity"], "warning");
+    assert!(outcome.stderr.is_empty(), "{}", outcome.stderr);
 }

@@ -3,7 +3,6 @@
 //! The page shows each pair in the viewer (`compare/viewer`), says what differs and why, and puts together the command
 //! that accepts what was ticked. Its text, style and scripts lie beside this file.
 
-mod base64;
 mod junit;
 mod views;
 

@@ -6,7 +6,7 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use serde_json::{Value, json};
 
-use super::base64;
+use crate::base::base64;
 use crate::compare::colors::{ColorLayer, color_layers};
 use crate::compare::comparison::name_of;
 use crate::compare::flip::ErrorMap;

@@ -164,12 +164,7 @@ impl Explainer<'_> {
     }
 
     fn component(&mut self, kind: Kind, node: &SyntaxNode, owner: &str) -> Option<Component> {
-        let read = |text: &str| {
-            let mut deserializer = ::ron::Deserializer::from_str_with_options(text, &options())?;
-            let component = kind.deserialize(&mut deserializer).map_err(|e| deserializer.span_error(e))?;
-            deserializer.end().map_err(|e| deserializer.span_error(e))?;
-            Ok(component)
-        };
+        let read = |text: &str| read_component(kind, text);
         let owner = format!("`{}` of {owner}", kind.name());
         if kind == Kind::MaterialName {
             let component = read(&self.text[node.start..node.end]);
@@ -230,8 +225,22 @@ impl Explainer<'_> {
     }
 }
 
+/// Reads one component of a kind.
+pub(super) fn read_component(kind: Kind, text: &str) -> Result<Component, SpannedError> {
+    let mut deserializer = ::ron::Deserializer::from_str_with_options(text, &options())?;
+    let component = kind.deserialize(&mut deserializer).map_err(|e| deserializer.span_error(e))?;
+    deserializer.end().map_err(|e| deserializer.span_error(e))?;
+    Ok(component)
+}
+
 /// What is wrong with the value of a field, in plain words.
-fn wrong_value(name: &str, owner: &str, source: &str, like: Option<Value>, error: &Error) -> (String, Option<String>) {
+pub(super) fn wrong_value(
+    name: &str,
+    owner: &str,
+    source: &str,
+    like: Option<Value>,
+    error: &Error,
+) -> (String, Option<String>) {
     let found: String = source.split_whitespace().collect::<Vec<_>>().join(" ").chars().take(40).collect();
     if let Error::NoSuchEnumVariant { expected, found, .. } = error {
         let message = format!("`{name}` of {owner}: unknown choice `{found}`");

@@ -3,6 +3,7 @@
 //! One serde pass reads a scene that is right. If it is wrong, `explain` reads it again piece by piece, so that
 //! every mistake is reported, each at its own place.
 
+pub mod edit;
 mod explain;
 
 use ::ron::extensions::Extensions;

@@ -4,6 +4,7 @@
 //! compositors look for: `R G B` for the picture, `Z` for depth, `N.X` and so on for what else is asked for.
 
 pub(super) mod header;
+mod merge;
 mod parts;
 
 use std::io::Cursor;
@@ -22,6 +23,7 @@ use crate::base::limits;
 use crate::components::{Aov, Render};
 use crate::film::Film;
 use header::text_of;
+pub use merge::{MergedPicture, merge_exr};
 pub use parts::read_exr_parts;
 
 /// OpenEXR in the table of formats.
@@ -74,20 +76,30 @@ fn encode(film: &Film, render: &Render, metadata: &Metadata) -> Result<Vec<u8>, 
             );
         }
     }
-    let metadata = with_pixels(metadata, || digest_of([film.width, film.height], &channels));
+    let size = [film.width, film.height];
+    let metadata = with_pixels(metadata, || digest_of(size, &channels));
+    // What is meant to be shown is the whole frame; there may be pixels for a part of it.
+    let window = render.region.map(|_| (render.pixel_bounds()[0], render.size));
+    file_of(size, channels, &metadata, window)
+}
+
+/// The bytes of a file; `window` is where a part of a frame lies in it, and the frame's size.
+fn file_of(
+    size: [u32; 2],
+    channels: Vec<AnyChannel<FlatSamples>>,
+    metadata: &Metadata,
+    window: Option<([u32; 2], [u32; 2])>,
+) -> Result<Vec<u8>, String> {
     // One attribute for all metadata: the crate writes several in an order that changes from run to run.
-    let comments = Some(Text::from_slice_unchecked(text_of(&metadata).as_bytes()));
+    let comments = Some(Text::from_slice_unchecked(text_of(metadata).as_bytes()));
     let attributes = LayerAttributes { comments, ..LayerAttributes::default() };
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let side = |[width, height]: [u32; 2]| Vec2(width as usize, height as usize);
-    let size = side([film.width, film.height]);
-    let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(channels.into()));
+    let layer = Layer::new(side(size), attributes, encoding, AnyChannels::sort(channels.into()));
     let mut image = Image::from_layer(layer);
-    if render.region.is_some() {
-        // What is meant to be shown is the whole frame; there are pixels for a part of it.
-        let [[x, y], _] = render.pixel_bounds();
-        image.attributes.display_window = IntegerBounds::from_dimensions(side(render.size));
+    if let Some(([x, y], frame)) = window {
+        image.attributes.display_window = IntegerBounds::from_dimensions(side(frame));
         image.layer_data.attributes.layer_position = Vec2(x as i32, y as i32);
     }
     let mut bytes = Vec::new();

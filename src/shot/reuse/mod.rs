@@ -9,6 +9,7 @@
 //! | a frame of the same run or folder with the same pixels | two frames have one hash | as above; only frame number and source in the metadata differ | [`run`](mod@crate::shot::run), [`output::relabelled`](crate::output::relabelled) |
 //! | films of light groups | only colours of emitters change, among the frames of a window of 64 | light adds up; units and probabilities are the same in all frames of the mix, and a frame that could be a sum always is one | [`light_mix`] |
 //! | tiles, sample by sample | only objects of finite size change, seen from one camera | a sample depends on what its rays meet: it is traced again if one of them crossed the bounds of an object that changed, in its state before or now; what reaches everywhere ends the window | [`static_camera`], [`systems::reuse_bounds`](crate::systems::reuse_bounds()), [`systems::StaticCameraCache`]; what rays crossed: [`crate::trace::reuse`] |
+//! | tiles, from edit to edit | as above, while a shot is written ([`live`](crate::shot::live)) | any object may change next: rays note which objects and which cells of a coarse grid they crossed; a state that an object takes is known by the cells that it touches | [`live`](crate::shot::live), [`systems::ObjectStates::open`] |
 //! | photon maps | the camera, the film or the lens alone change | the digest `Fingerprint::photons` covers all that photons depend on | [`photons`] |
 //! | accelerator | columns of primitives and settings of the accelerator are equal; fitted, not rebuilt, where primitives only moved | columns are compared value by value; pictures do not depend on the accelerator | `systems::accelerate` |
 //! | columns of primitives, textures, environment | nothing that they are made of was edited, or the files are the same | they are keyed by what they are made of | `systems::extract`, `systems::textures` |
@@ -50,16 +51,31 @@ pub struct ReuseCache {
 }
 
 /// The films of the light groups of a mix.
-struct LightGroupFilms {
-    hash: Digest,
-    films: Vec<Film>,
-    render: Render,
-    seed: u64,
+pub(super) struct LightGroupFilms {
+    pub hash: Digest,
+    pub films: Vec<Film>,
+    pub render: Render,
+    pub seed: u64,
 }
 
 impl LightGroupFilms {
-    fn bytes(&self) -> usize {
+    pub fn bytes(&self) -> usize {
         self.films.iter().map(|film| size_of_val(&*film.pixels)).sum()
+    }
+
+    /// A frame of their mix, with the settings of the frame that they were traced for.
+    pub fn mixed(&self, mix: &LightMix, factors: &[Vec3]) -> Option<(Film, Render, FrameStats)> {
+        let (first, others) = self.films.split_first().filter(|_| self.hash == mix.hash)?;
+        let film = systems::weighted_sum(first, others, factors);
+        let count = self.films.len();
+        let stats = FrameStats {
+            seed: self.seed,
+            passes: count,
+            passes_kept: count,
+            reuse_bytes: self.bytes(),
+            ..FrameStats::default()
+        };
+        Some((film, self.render.clone(), stats))
     }
 }
 
@@ -72,18 +88,7 @@ impl ReuseCache {
     /// A frame of a mix whose light groups are kept, with the settings of the frame that they were traced for: nothing
     /// needs to be traced for it.
     pub fn mixed(&self, mix: &LightMix, factors: &[Vec3]) -> Option<(Film, Render, FrameStats)> {
-        let kept = self.light_groups.as_ref().filter(|kept| kept.hash == mix.hash)?;
-        let (first, others) = kept.films.split_first()?;
-        let film = systems::weighted_sum(first, others, factors);
-        let count = kept.films.len();
-        let stats = FrameStats {
-            seed: kept.seed,
-            passes: count,
-            passes_kept: count,
-            reuse_bytes: kept.bytes(),
-            ..FrameStats::default()
-        };
-        Some((film, kept.render.clone(), stats))
+        self.light_groups.as_ref()?.mixed(mix, factors)
     }
 
     /// Keeps the films of the light groups of a frame, should another one of its mix be among those that `follow`.

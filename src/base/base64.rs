@@ -1,4 +1,4 @@
-//! Bytes in a page: base64 (RFC 4648, section 4).
+//! Bytes in a page or at a terminal: base64 (RFC 4648, section 4).
 
 const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 

@@ -16,11 +16,11 @@ use crate::base::project::Folder;
 thread_local! {
     /// The script that runs on this thread, and the scene of the call. The engine has a tag for such things, which is lost
     /// where it runs a text instead of a call.
-    static CURRENT: RefCell<Option<(Shared, Option<SceneHandle>)>> = const { RefCell::new(None) };
+    static CURRENT: RefCell<Option<(ScriptContext, Option<SceneHandle>)>> = const { RefCell::new(None) };
 }
 
 /// Keeps a script the one that runs on this thread.
-pub struct CurrentScript(Option<(Shared, Option<SceneHandle>)>);
+pub struct CurrentScript(Option<(ScriptContext, Option<SceneHandle>)>);
 
 impl Drop for CurrentScript {
     fn drop(&mut self) {
@@ -41,7 +41,7 @@ struct ScriptState {
 
 /// A handle to the state of one script, for the functions that change it.
 #[derive(Clone, Default)]
-pub struct Shared {
+pub struct ScriptContext {
     /// The script's folder, for files that it names.
     folder: Option<Folder>,
     /// Files that were read, by their paths: a frame that asks for one again gets what the first one got.
@@ -53,9 +53,9 @@ pub struct Shared {
     said: Arc<Mutex<Vec<Said>>>,
 }
 
-impl Shared {
+impl ScriptContext {
     pub fn new(defines: &[(String, String)], folder: Folder) -> Self {
-        Shared { defines: Arc::new(defines.to_vec()), folder: Some(folder), ..Shared::default() }
+        ScriptContext { defines: Arc::new(defines.to_vec()), folder: Some(folder), ..ScriptContext::default() }
     }
 
     pub fn folder(&self) -> Option<&Folder> {
@@ -73,11 +73,11 @@ impl Shared {
 
     /// The same script, with what is printed kept apart: for one call among others on other threads.
     pub fn apart(&self) -> Self {
-        Shared { said: Arc::default(), ..self.clone() }
+        ScriptContext { said: Arc::default(), ..self.clone() }
     }
 
     /// What belongs to the script that runs on this thread, for one of its functions.
-    pub fn current(function: &str) -> Fallible<Shared> {
+    pub fn current(function: &str) -> Fallible<ScriptContext> {
         match CURRENT.with_borrow(|current| current.as_ref().map(|(shared, _)| shared.clone())) {
             Some(shared) => Ok(shared),
             None => complain(format!("`{function}` cannot be called here"), None),

@@ -1,0 +1,167 @@
+//! What can be rendered and is most likely not what was meant: warnings of `anim check`.
+
+use glam::{DAffine3, DVec3};
+use rustc_hash::FxHashMap;
+
+use super::Shot;
+use super::fingerprint::Fingerprint;
+use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart};
+use crate::base::limits;
+use crate::components::shapes::world_bounds;
+use crate::components::transform::placement_below;
+use crate::components::*;
+
+/// Frames whose scenes are looked at, spread over the sequence: the first and the last are among them.
+const LOOKED_AT: usize = 24;
+/// Entities that a warning names.
+const NAMED: usize = 3;
+
+/// Warnings about a shot whose frames can all be rendered; `fingerprints` are those of frames 1, 2, 3, ...
+pub fn advice(shot: &mut Shot, fingerprints: &[Fingerprint]) -> Diagnostics {
+    let count = fingerprints.len();
+    let looked_at = count.min(LOOKED_AT);
+    let spread = |i: usize| 1 + if looked_at > 1 { i * (count - 1) / (looked_at - 1) } else { 0 };
+    let mut scenes: Vec<(u32, Scene)> = Vec::with_capacity(looked_at);
+    for frame in (0..looked_at).map(spread) {
+        if let Ok(scene) = shot.scene_of(frame as u32) {
+            scenes.push((frame as u32, scene));
+        }
+    }
+    let mut found = Diagnostics::default();
+    let still = fingerprints.windows(2).all(|pair| pair[0].hash() == pair[1].hash());
+    if shot.is_sequence() && count > 1 && still {
+        let message = format!("nothing moves: all {count} frames are the same picture");
+        let help = "let `frame(s, f)` change something by `f.t` or `f.seconds`, or set `frames: 1`";
+        found.push(at_script(shot, Diagnostic::warning(message).help(help)));
+    }
+    if !scenes.is_empty() && scenes.iter().all(|(_, scene)| is_dark(scene)) {
+        let message = "there is no light in the scene: whatever is in it is black";
+        let help = "add an entity with `point_light` or `area_light`; with `integrator: Path`, a `background`, an \
+                    `environment` or a material's `emission` light it too";
+        found.push(at_script(shot, Diagnostic::warning(message).help(help)));
+    }
+    if let Some(unseen) = unseen(shot, &scenes, count) {
+        found.push(unseen);
+    }
+    found
+}
+
+/// At the script; a scene alone is named as a whole.
+fn at_script(shot: &Shot, warning: Diagnostic) -> Diagnostic {
+    let place = shot.input.program.as_ref().map(|(program, _)| program.place());
+    let place = place.or_else(|| {
+        let (path, _) = shot.input.scene_file.as_ref()?;
+        Some(crate::base::diagnostics::Place::file(path.to_string_lossy().as_ref()))
+    });
+    Diagnostic { place, ..warning }
+}
+
+/// Whether nothing in the scene sends light to what is in it, though there is something.
+fn is_dark(scene: &Scene) -> bool {
+    let render = &scene.render;
+    let is_path_traced = matches!(render.integrator, Integrator::Path | Integrator::Photon);
+    let surroundings = render.background != DVec3::ZERO || render.environment.is_some() || render.sky.is_some();
+    let emits = |material: &Material| material.emission != DVec3::ZERO;
+    let is_lamp =
+        |desc: &EntityDesc| Kind::ALL.iter().any(|kind| kind.role() == Role::Light && desc.get(*kind).is_some());
+    let is_lit = is_path_traced && surroundings
+        || scene.entities.iter().any(is_lamp)
+        || scene.materials.iter().any(|(_, material)| emits(material));
+    !is_lit && scene.entities.iter().any(|desc| shapes_of(desc).next().is_some())
+}
+
+fn shapes_of(desc: &EntityDesc) -> impl Iterator<Item = &dyn Shape> {
+    Kind::ALL.iter().filter_map(|kind| desc.get(*kind)?.shape())
+}
+
+/// A warning about entities that stand outside the picture whenever it was looked at.
+fn unseen(shot: &Shot, scenes: &[(u32, Scene)], count: usize) -> Option<Diagnostic> {
+    let (first, scene) = scenes.first()?;
+    // What a frame spawns has no number of its own: an entity is the same one while all scenes have as many.
+    if scenes.iter().any(|(_, other)| other.entities.len() != scene.entities.len()) {
+        return None;
+    }
+    let mut hidden: Vec<usize> =
+        (0..scene.entities.len()).filter(|i| shapes_of(&scene.entities[*i]).next().is_some()).collect();
+    for (_, scene) in scenes {
+        let view = View::new(&scene.camera, scene.render.size);
+        let placements = Placements::new(scene);
+        hidden.retain(|index| {
+            let map = placements.of(*index);
+            let bounds = |shape| world_bounds(shape, &map).is_some_and(|bounds| view.misses(bounds));
+            shapes_of(&scene.entities[*index]).all(bounds)
+        });
+    }
+    let one = *hidden.first()?;
+    let names: Vec<String> = hidden.iter().take(NAMED).map(|index| scene.entities[*index].label(*index)).collect();
+    let more = if hidden.len() > NAMED { format!(" and {} more", hidden.len() - NAMED) } else { String::new() };
+    let frames = match (count, scenes.len()) {
+        (1, _) => String::new(),
+        (all, looked) if all == looked => format!(" in all {all} frames"),
+        (all, looked) => format!(" in {looked} of {all} frames, spread over the sequence"),
+    };
+    let verb = if hidden.len() == 1 { "is" } else { "are" };
+    let message = format!(
+        "{}{more} {verb} outside the picture{frames}: only mirrors and shadows could show it",
+        names.join(", ")
+    );
+    let mut warning = Diagnostic::warning(message).about(ScenePart::Entity(one));
+    shot.input.find_place(&mut warning, *first);
+    Some(warning)
+}
+
+/// The pyramid that a camera sees.
+struct View {
+    from: DVec3,
+    /// Normals of its sides and of the plane of the lens, inwards; each half space holds all that is seen.
+    sides: [DVec3; 5],
+    lens_radius: f64,
+}
+
+impl View {
+    fn new(camera: &Camera, size: [u32; 2]) -> Self {
+        let aspect = f64::from(size[0]) / f64::from(size[1].max(1));
+        let (axis, half_height) = (camera.axis(), camera.half_height(aspect));
+        let right = axis.cross(camera.up).normalize_or(DVec3::X);
+        let up = right.cross(axis);
+        let side = |across: DVec3, half: f64| (axis * half + across).normalize_or_zero();
+        let half_width = half_height * aspect;
+        let sides =
+            [side(right, half_width), side(-right, half_width), side(up, half_height), side(-up, half_height), axis];
+        View { from: camera.from, sides, lens_radius: camera.lens_radius() }
+    }
+
+    /// Whether a box lies outside. With an open lens whatever is near enough may show, so that sides give way by its width.
+    fn misses(&self, [min, max]: [DVec3; 2]) -> bool {
+        self.sides.iter().any(|normal| {
+            let nearest = (min * *normal).max(max * *normal).element_sum();
+            nearest - self.from.dot(*normal) < -4.0 * self.lens_radius
+        })
+    }
+}
+
+/// Where the entities of a scene stand at the time 0 of the shutter.
+struct Placements<'a> {
+    scene: &'a Scene,
+    by_name: FxHashMap<&'a str, usize>,
+}
+
+impl<'a> Placements<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        let named = |(index, desc): (usize, &'a EntityDesc)| desc.name.as_deref().map(|name| (name, index));
+        Placements { scene, by_name: scene.entities.iter().enumerate().filter_map(named).collect() }
+    }
+
+    fn transform(&self, index: usize) -> Option<&'a Transform> {
+        self.scene.entities[index].get(Kind::Transform).and_then(Transform::of)
+    }
+
+    fn of(&self, index: usize) -> DAffine3 {
+        let parent = |index: &usize| self.by_name.get(self.transform(*index)?.parent.as_deref()?).copied();
+        let chain: Vec<usize> = std::iter::successors(Some(index), parent).take(limits::HIERARCHY_DEPTH).collect();
+        chain.into_iter().rev().fold(DAffine3::IDENTITY, |above, index| {
+            let motion = self.scene.entities[index].get(Kind::Motion).and_then(Motion::of);
+            placement_below(above, self.transform(index), motion, 0.0)
+        })
+    }
+}
