@@ -7,17 +7,15 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::path::direction_sample;
 use crate::components::{Fresnel, Integrator, Model};
 use crate::trace::counters::Counters;
+use crate::trace::light::Lamp;
 use crate::trace::material::bsdf::{Bsdf, BsdfSample};
-use crate::trace::material::{ShadingParams, TransportMode, fresnel, refract};
+use crate::trace::material::{ShadingParams, TransportMode, fresnel, reflect, refract};
 use crate::trace::sampler::{Domain, Frame, power_heuristic, uniform_sphere};
-use crate::trace::simd::V3;
 use crate::trace::soa::Ray;
 use crate::trace::wavefront::{
-    BlinnPhongShading, LampShading, PathState, RayQueue, RenderContext, ShadowRayQueue, SurfaceInteraction,
-    accumulator_slot, mirror_directions, push_mirrored, sample_lamp,
+    LightSampling, PathState, RayQueue, RenderContext, ShadowRayQueue, SurfaceInteraction, accumulator_slot,
 };
 
 /// The law that a surface other than Blinn-Phong's scatters by, and its axes.
@@ -40,37 +38,6 @@ impl WhittedBsdf {
     }
 }
 
-/// A surface other than Blinn-Phong's in the light of lamps.
-struct MicrofacetShading<'a> {
-    law: &'a WhittedBsdf,
-    /// Only ground glass is lit from behind.
-    transmits: bool,
-}
-
-impl LampShading<f32> for MicrofacetShading<'_> {
-    #[inline(always)]
-    fn lets_through(&self) -> bool {
-        self.transmits
-    }
-    #[inline(always)]
-    fn color(&self, _: u32, direction: V3<f32>, _: f32) -> V3<f32> {
-        let WhittedBsdf { all, frame, wo, .. } = self.law;
-        (all.eval(*wo, frame.to_local(direction.into())) * PI).into()
-    }
-}
-
-/// Adds the shadow rays to all lamps.
-fn sample_lamps(
-    context: RenderContext,
-    met: &SurfaceInteraction,
-    shading: &impl LampShading<f32>,
-    shadows: &mut [ShadowRayQueue],
-) {
-    for (i, lamp) in context.lights.lamps().iter().enumerate() {
-        sample_lamp(context, (met, shading), 1, (lamp, i), &mut shadows[i]);
-    }
-}
-
 /// Asks the lights and adds the rays that a hit gives rise to.
 pub fn shade(
     context: RenderContext,
@@ -85,7 +52,9 @@ pub fn shade(
         return shade_microfacets(context, met, last, shadows, next, counters);
     }
     if material.diffuse != Vec3::ZERO || material.specular != Vec3::ZERO {
-        sample_lamps(context, met, &BlinnPhongShading::new(met), shadows);
+        for (i, light) in context.lights.lamps().iter().enumerate() {
+            sample_lamp(context, met, None, light, Domain::Light(i as u32), &mut shadows[i]);
+        }
         if !context.lights.emitters().is_empty() {
             let all = Bsdf::new(
                 &ShadingParams { gloss: 0.0, ..*material },
@@ -112,8 +81,9 @@ fn shade_microfacets(
 ) {
     let law = WhittedBsdf::new(context, met);
     if !law.all.is_specular() {
-        let transmits = met.material.transmission > 0.0;
-        sample_lamps(context, met, &MicrofacetShading { law: &law, transmits }, shadows);
+        for (i, light) in context.lights.lamps().iter().enumerate() {
+            sample_lamp(context, met, Some(&law), light, Domain::Light(i as u32), &mut shadows[i]);
+        }
         sample_emitters(context, met, &law, shadows);
     }
     let Some(glossy) = law.glossy.filter(|_| !last) else { return };
@@ -123,28 +93,20 @@ fn shade_microfacets(
     let node = met.state.node.reflected();
     let lobe = met.sampler.extra(node, Domain::Lobe);
     if let Some(sampled) = glossy.sample(law.wo, met.sampler.stratified(node, Domain::Gloss), lobe) {
-        follow(context, met, &law.frame, sampled, next, counters);
+        follow(met, &law.frame, sampled, next, counters);
     }
 }
 
 /// Adds the ray of a sample.
-fn follow(
-    context: RenderContext,
-    met: &SurfaceInteraction,
-    frame: &Frame,
-    sampled: BsdfSample,
-    next: &mut RayQueue,
-    counters: &mut Counters,
-) {
+fn follow(met: &SurfaceInteraction, frame: &Frame, sampled: BsdfSample, next: &mut RayQueue, counters: &mut Counters) {
     let SurfaceInteraction { state, surface, .. } = met;
-    let (direction, fits) = direction_sample(frame, &sampled).on_its_side(surface.geometric_normal.into());
-    if !fits {
-        return;
-    }
-    let direction = Vec3::from(direction);
-    let shown = if sampled.specular { 1.0 } else { surface.terminator(direction) };
-    if !shows(context, met, sampled.weight * shown) {
-        return;
+    let mut direction = frame.to_world(sampled.wi).normalize();
+    let height = surface.geometric_normal.dot(direction);
+    if (height < 0.0) != sampled.transmitted {
+        if !sampled.specular {
+            return;
+        }
+        direction -= surface.geometric_normal * (2.0 * height);
     }
     let (node, medium) = if sampled.transmitted {
         counters.refraction_rays += 1;
@@ -154,6 +116,7 @@ fn follow(
         (state.node.reflected(), state.medium)
     };
     let ray = Ray::new(surface.offset_origin(direction), direction);
+    let shown = if sampled.specular { 1.0 } else { surface.terminator(direction) };
     let onward = state.onward(node, sampled.weight * shown);
     next.push(ray, PathState { pdf: sampled.pdf, medium, cone: state.scattered_cone(sampled.pdf), ..onward });
 }
@@ -194,10 +157,80 @@ fn sample_emitters(
     }
 }
 
-/// Whether the ray that a hit gives rise to stands for enough of the picture to be followed.
-fn shows(context: RenderContext, met: &SurfaceInteraction, weight: Vec3) -> bool {
-    let least = context.settings.min_weight;
-    least == 0.0 || (met.state.throughput * weight).max_element() >= least
+/// Shadow rays from a surface to a lamp.
+fn sample_lamp(
+    context: RenderContext,
+    met: &SurfaceInteraction,
+    law: Option<&WhittedBsdf>,
+    light: &Lamp,
+    domain: Domain,
+    shadows: &mut ShadowRayQueue,
+) {
+    let sampler = &met.sampler;
+    let at = match context.settings.light_sampling {
+        _ if light.is_point() => [0.5; 2],
+        LightSampling::Center => [0.5; 2],
+        LightSampling::Fixed(n) => {
+            let cell = |i: u32| (i as f32 + 0.5) / n as f32;
+            for k in 0..n * n {
+                add_lamp_light(context, met, law, light, [cell(k % n), cell(k / n)], 1.0 / (n * n) as f32, shadows);
+            }
+            return;
+        }
+        LightSampling::Random => sampler.random(met.state.node, domain),
+        LightSampling::Jittered => sampler.stratified(met.state.node, domain),
+    };
+    add_lamp_light(context, met, law, light, at, 1.0, shadows);
+}
+
+/// Light from one point of a lamp, and the ray that tells whether anything stands between.
+fn add_lamp_light(
+    context: RenderContext,
+    met: &SurfaceInteraction,
+    law: Option<&WhittedBsdf>,
+    light: &Lamp,
+    at: [f32; 2],
+    share: f32,
+    shadows: &mut ShadowRayQueue,
+) {
+    let SurfaceInteraction { state, surface, .. } = met;
+    let target = light.point(at);
+    let above = surface.geometric_normal.dot(target - surface.point);
+    // Only ground glass is lit from behind.
+    let through = law.is_some() && met.material.transmission > 0.0;
+    if above.is_nan() || (above <= 0.0 && !through) {
+        return;
+    }
+    let from = surface.offset_origin(if above > 0.0 { surface.geometric_normal } else { -surface.geometric_normal });
+    let offset = target - from;
+    let square = offset.length_squared();
+    let distance = square.sqrt();
+    let direction = offset * (1.0 / distance);
+    let cosine = surface.shading_normal.dot(direction);
+    // Not so where the light touches the surface either: the distance is 0, and the cosine no number.
+    if cosine.is_nan() || (cosine > 0.0) != (above > 0.0) || cosine == 0.0 {
+        return;
+    }
+    let color = match law {
+        Some(law) => law.all.eval(law.wo, law.frame.to_local(direction)) * PI,
+        None => blinn_phong(met, direction, cosine),
+    };
+    let color = color * surface.terminator(direction);
+    let strength = if light.inverse_square { share / square } else { share };
+    let ray = Ray { origin: from, direction, t_max: distance };
+    let sample = accumulator_slot(state.sample, light.group);
+    shadows.push(context, ray, target, sample, state.throughput * (color * light.color * strength));
+}
+
+fn blinn_phong(met: &SurfaceInteraction, direction: Vec3, cosine: f32) -> Vec3 {
+    let SurfaceInteraction { surface, material, .. } = met;
+    let mut color = material.diffuse * cosine;
+    if material.specular != Vec3::ZERO {
+        let half = (direction - met.direction).normalize_or_zero();
+        let base = half.dot(surface.shading_normal).max(0.0);
+        color += material.specular * libm::powf(base, material.shininess);
+    }
+    color
 }
 
 /// Adds the rays that a hit gives rise to.
@@ -206,33 +239,30 @@ fn spawn(context: RenderContext, met: &SurfaceInteraction, next: &mut RayQueue, 
     if material.transmission > 0.0 {
         dielectric(context, met, next, counters);
     } else if material.reflection > 0.0 {
-        mirrored(context, met, material.mirror_color * material.reflection, next, counters);
+        counters.reflection_rays += 1;
+        mirrored(context, met, material.mirror_color * material.reflection, next);
     }
 }
 
 /// Adds the ray that shows what a mirror shows.
-fn mirrored(
-    context: RenderContext,
-    met: &SurfaceInteraction,
-    weight: Vec3,
-    next: &mut RayQueue,
-    counters: &mut Counters,
-) {
-    if !shows(context, met, weight) {
-        return;
-    }
-    counters.reflection_rays += 1;
-    let SurfaceInteraction { state, material, .. } = met;
-    let mut direction = Vec3::from(mirror_directions::<f32, _>(met));
+fn mirrored(context: RenderContext, met: &SurfaceInteraction, weight: Vec3, next: &mut RayQueue) {
+    let SurfaceInteraction { state, surface, material, .. } = met;
+    let node = state.node.reflected();
+    let mut direction = reflect(met.direction, surface.shading_normal);
     let mut cone = state.cone;
     if material.gloss > 0.0 && context.settings.gloss {
         cone = cone.widened(material.gloss);
-        let node = state.node.reflected();
         let square = met.sampler.stratified(node, Domain::Gloss);
         let radius = libm::cbrtf(met.sampler.extra(node, Domain::Gloss));
         direction = (direction + uniform_sphere(square) * (material.gloss * radius)).normalize_or(direction);
     }
-    push_mirrored::<f32, _>(met, 1, (direction.into(), cone.into()), weight.into(), next);
+    // Smooth normals and gloss may send the ray below the surface: mirror it back up.
+    let height = direction.dot(surface.geometric_normal);
+    if height < 0.0 {
+        direction -= surface.geometric_normal * (2.0 * height);
+    }
+    let ray = Ray::new(surface.offset_origin(direction), direction);
+    next.push(ray, PathState { cone, ..state.onward(node, weight) });
 }
 
 /// Adds the ray that goes through the surface in the refracted direction.
@@ -271,9 +301,10 @@ fn division(context: RenderContext, met: &SurfaceInteraction) -> (Option<Vec3>, 
 fn dielectric(context: RenderContext, met: &SurfaceInteraction, next: &mut RayQueue, counters: &mut Counters) {
     let (refracted, reflected, through) = division(context, met);
     if reflected > 0.0 {
-        mirrored(context, met, met.material.mirror_color * reflected, next, counters);
+        counters.reflection_rays += 1;
+        mirrored(context, met, met.material.mirror_color * reflected, next);
     }
-    if let Some(direction) = refracted.filter(|_| shows(context, met, Vec3::splat(through))) {
+    if let Some(direction) = refracted {
         counters.refraction_rays += 1;
         transmitted(met, direction, Vec3::splat(through), next);
     }

@@ -3,7 +3,7 @@
 use std::f32::consts::PI;
 
 use super::lamp::Lamp;
-use crate::trace::simd::{LANES, Lanes, V3, set_lane};
+use crate::trace::simd::{LANES, Lanes, V3, Wide, set_lane};
 
 /// A lamp in every lane.
 #[derive(Clone, Copy, Debug)]
@@ -72,7 +72,7 @@ impl<L: Lanes> LampLanes<L> {
     }
 }
 
-impl<L: Lanes> LampLanes<L> {
+impl<L: Wide> LampLanes<L> {
     #[inline(always)]
     pub(super) fn gather(lamps: [&Lamp; LANES]) -> Self {
         let mut columns = [[[0.0; LANES]; 3]; 5];

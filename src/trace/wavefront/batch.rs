@@ -4,7 +4,6 @@ use super::context::RenderContext;
 use super::interaction::LEAST_FACING;
 use super::path_state::PathStateLanes;
 use super::ray_queue::RayQueue;
-use crate::trace::material::ShadingParams;
 use crate::trace::primitive::SurfacePointLanes;
 use crate::trace::sampler::{SampleLanes, SampleSet};
 use crate::trace::simd::{LANES, V3, Wide, lanes_to_bits, set_lane};
@@ -34,7 +33,6 @@ pub struct ShadingBatch<'a, L: Wide> {
     /// The normal that light is counted about on paths.
     pub normal: V3<L>,
     pub materials: [u32; LANES],
-    pub all_materials: &'a [ShadingParams],
     pub albedo: V3<L>,
     pub samples: SampleLanes<'a>,
     /// A bit for each lane that is in use.
@@ -69,7 +67,6 @@ impl<'a> ShadingInput<'a> {
             normal: V3::select(trusted, points.shading_normal, points.geometric_normal),
             points,
             materials,
-            all_materials: context.materials,
             albedo: V3::load(&albedo),
             samples: self.samples.eight(lanes_to_bits(states.sample), states.each_node()),
             states,

@@ -9,9 +9,7 @@
 //! | `camera_rays` | the first rays of samples |
 //! | `classify` | which rays want a look of their own |
 //! | `interaction`, `batch` | hits to be shaded: one, and eight side by side |
-//! | `shaded_hits` | [`ShadedHits`]: what shading asks of either, so that it is written once |
-//! | `path_shading`, `lamp_shading` | that shading: of paths, and of Whitted and distribution pictures |
-//! | `lambert`, `blinn_phong` | the surfaces that are shaded eight at a time |
+//! | `lambert`, `blinn_phong` | shading in lanes: paths, and Whitted and distribution pictures |
 //! | `shadow_ray_queue`, `shadow_rays` | shadow rays, and what gets through |
 //! | `feature` | what a camera ray meets first, for the film's layers |
 
@@ -24,11 +22,8 @@ mod context;
 mod feature;
 mod interaction;
 mod lambert;
-mod lamp_shading;
-mod path_shading;
 mod path_state;
 mod ray_queue;
-mod shaded_hits;
 mod shadow_ray_queue;
 mod shadow_rays;
 mod worker;
@@ -41,12 +36,9 @@ pub use classify::ClassifyKernel;
 pub use context::{LightSampling, Noise, RenderContext, Settings};
 pub use feature::first_hit_feature;
 pub use interaction::SurfaceInteraction;
-pub use lambert::LambertKernel;
-pub use lamp_shading::{BlinnPhongShading, LampShading, mirror_directions, push_mirrored, sample_lamp};
-pub use path_shading::{BsdfLanes, DirectionSample, sample_direct, scatter};
+pub use lambert::{LambertKernel, MIN_ROULETTE_DEPTH};
 pub use path_state::{EmissionFilter, NO_MEDIUM, PathState};
 pub use ray_queue::RayQueue;
-pub use shaded_hits::ShadedHits;
 pub use shadow_ray_queue::{BATCH, ShadowRayQueue, accumulator_slot};
 pub use shadow_rays::trace_shadow_rays;
 pub use worker::Worker;

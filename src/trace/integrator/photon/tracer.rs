@@ -9,8 +9,9 @@ use super::map::Photon;
 use crate::base::limits;
 use crate::base::random::combine;
 use crate::trace::counters::Counters;
-use crate::trace::integrator::path::{HitBsdf, scatter_one};
+use crate::trace::integrator::path;
 use crate::trace::material::TransportMode;
+use crate::trace::material::bsdf::Bsdf;
 use crate::trace::material::texture::RayCone;
 use crate::trace::sampler::{Sampler, sobol};
 use crate::trace::soa::{Hit, Hits, Ray};
@@ -146,8 +147,9 @@ impl<'a> PhotonTracer<'a> {
         let surface = if front { surface } else { surface.flipped() };
         let sampler = Sampler::new(self.key, first + state.sample, 1);
         let met = SurfaceInteraction { direction: ray.direction, state, surface, material, front, sampler };
-        let seen = HitBsdf::new(context, &met, TransportMode::Power);
-        if rays > 1 && seen.bsdf.is_diffuse() {
+        let bsdf = Bsdf::new(material, front, context.settings.fresnel, TransportMode::Power);
+        let (frame, wo) = met.frame();
+        if rays > 1 && bsdf.is_diffuse() {
             let landed = Photon {
                 position: surface.point,
                 toward: -ray.direction,
@@ -161,11 +163,11 @@ impl<'a> PhotonTracer<'a> {
             return None;
         }
         // Rays of photons are counted as such alone.
-        let (onward, mut state) = scatter_one(&seen, rays, &mut Counters::default())?;
+        let (onward, mut state) = path::scatter(&met, &bsdf, &frame, wo, rays, &mut Counters::default())?;
         self.scattered[photon] |= state.pdf > 0.0;
         // Light that is followed from the other end: smooth normals are not symmetric (Veach 1997, section 5.3.2).
-        let [(true_in, smooth_in), (true_out, smooth_out)] = [-ray.direction, onward.direction]
-            .map(|d| (surface.geometric_normal.dot(d).abs(), seen.frame.z.dot(d).abs()));
+        let [(true_in, smooth_in), (true_out, smooth_out)] =
+            [-ray.direction, onward.direction].map(|d| (surface.geometric_normal.dot(d).abs(), frame.z.dot(d).abs()));
         let correction = smooth_in * true_out / (true_in * smooth_out).max(1e-6);
         state.throughput *= correction.min(MOST_CORRECTED);
         Some((onward, state))
