@@ -14,7 +14,7 @@ use crate::farm::archive::is_archive;
 use crate::farm::job::{FarmJob, TaskPlan, absolute};
 use crate::farm::openjd::{self, OpenJdOptions, WorkerSystem};
 use crate::farm::slurm::{self, SlurmOptions};
-use crate::farm::{frame_list, make};
+use crate::farm::{frame_list, make, quote};
 use crate::output;
 use crate::output::names::Target;
 use crate::shot::Shot;
@@ -186,10 +186,14 @@ pub fn run(arguments: &FarmArguments) -> Result<Exit, Diagnostics> {
                 SystemArgument::Linux => WorkerSystem::Linux,
                 SystemArgument::Windows => WorkerSystem::Windows,
             };
-            let options = OpenJdOptions { system, chunk_seconds: arguments.chunk_seconds, cores: arguments.job.cpus };
+            let to = arguments.job.to.clone().filter(|to| to != Path::new("-")).unwrap_or_default();
+            let folder = absolute(&output::folder_of(&to).to_string_lossy());
+            let options =
+                OpenJdOptions { system, chunk_seconds: arguments.chunk_seconds, cores: arguments.job.cpus, folder };
             check_openjd(&job)?;
             let to = written(&arguments.job, &job, "openjd.yaml", &openjd::template(&job, &options))?;
-            told(&to, &job, &format!("openjd run {} --step Render", to.display()))
+            let given: String = options.missing(&job).iter().map(|word| format!(" {}", quote::shell(word))).collect();
+            told(&to, &job, &format!("openjd run {} --step Render{given}", to.display()))
         }
         FarmEngine::Make(arguments) => {
             let job = job(&arguments.job)?;

@@ -143,8 +143,8 @@ const COMMANDS: [&str; 21] = [
 /// What an input is and how it is read; shared by the commands that open one.
 #[derive(Clone, clap::Args)]
 struct InputArguments {
-    /// A script (.rhai), a scene (.ron, .nff, .p3f) or an archive of `anim pack`; for a film also a folder or a pattern
-    /// of frames
+    /// A script (.rhai), a scene (.ron, .nff, .p3f, .gltf, .glb, .obj, .aff) or an archive of `anim pack`; for a film also
+    /// a folder or a pattern of frames
     input: PathBuf,
     /// Give a parameter of the script a value; may be repeated
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]

@@ -17,7 +17,7 @@ pub struct Problem {
     /// What to do about it.
     pub help: Option<String>,
     /// Where it is in the file that stands at the path, if it is in there.
-    pub inside: Option<Place>,
+    pub inside: Option<Box<Place>>,
 }
 
 impl Problem {
@@ -29,7 +29,7 @@ impl Problem {
     /// What is wrong with a file that is named at a path.
     pub fn from_file(path: Vec<Step>, problem: Diagnostic) -> Self {
         let Diagnostic { message, help, place, .. } = problem;
-        Problem { path, message, help, inside: place }
+        Problem { path, message, help, inside: place.map(Box::new) }
     }
 
     /// With what to do about it.
@@ -112,6 +112,13 @@ fn references(scene: &Scene, problems: &mut Vec<Problem>) {
             let message = format!("unknown material `{}` of {}", material.0, desc.label(i));
             problems.push(Problem::new(component_path(i, Kind::MaterialName), message).help(help));
         }
+        if let Some(Component::Skin(skin)) = desc.get(Kind::Skin)
+            && let Some(joint) = skin.joints.iter().find(|joint| !names.contains_key(&***joint))
+        {
+            let path = component_path(i, Kind::Skin).into_iter().chain([key("joints")]).collect();
+            let message = format!("unknown joint `{joint}` of {}", desc.label(i));
+            problems.push(Problem::new(path, message).help(suggestion(joint, names.keys().copied())));
+        }
         if let Some(parent) = parent(desc)
             && !names.contains_key(parent)
         {
@@ -126,6 +133,11 @@ fn references(scene: &Scene, problems: &mut Vec<Problem>) {
     {
         let message = format!("the camera is focused on `{name}`, which does not exist");
         let path = vec![key("camera"), key("focus")];
+        problems.push(Problem::new(path, message).help(suggestion(name, names.keys().copied())));
+    }
+    if let Some(name) = scene.camera.entity.as_deref().filter(|name| !names.contains_key(name)) {
+        let message = format!("the camera is carried by `{name}`, which does not exist");
+        let path = vec![key("camera"), key("entity")];
         problems.push(Problem::new(path, message).help(suggestion(name, names.keys().copied())));
     }
     cycles(scene, &names, problems);

@@ -227,7 +227,8 @@ impl BaseFingerprint {
                 emitter_colors.push(EmitterColor { emitter: EmitterId::Material(index), color: material.emission });
             }
         }
-        parts[FramePart::Camera as usize] = self.record(camera, |_, class| class != FieldClass::Lens);
+        let pose = &mut parts[FramePart::Camera as usize];
+        *pose = pose.with(self.record(camera, |_, class| class != FieldClass::Lens));
         parts[FramePart::Lens as usize] = self.record(camera, |_, class| class == FieldClass::Lens);
         let brightness = render.environment_color().0;
         parts[FramePart::Settings as usize] = self.record(render, |field, class| {
@@ -274,6 +275,9 @@ impl BaseFingerprint {
         let unseen = [FieldClass::Film, FieldClass::Invisible];
         hasher.digest(self.record(render, |_, class| !unseen.contains(&class)));
         hasher.digest(self.record(camera, |_, class| class == FieldClass::Shutter));
+        // Photons are stored relative to an origin near the camera.
+        crate::systems::origin_for(camera.from).to_array().into_iter().for_each(|x| hasher.number(x));
+        hasher.digest(self.record(camera, |field, _| field == "entity"));
         hasher.finish()
     }
 
@@ -348,7 +352,10 @@ impl BaseFingerprint {
                 Role::Placement if is_light => add(FramePart::Lights, &|_| true),
                 Role::Placement => add(FramePart::Transforms, &|_| true),
                 Role::Surface => add(FramePart::Materials, &|_| true),
-                Role::Shape => add(FramePart::Geometry, &|_| true),
+                Role::Shape | Role::Deformation => add(FramePart::Geometry, &|_| true),
+                Role::View => add(FramePart::Camera, &|_| true),
+                // The entities that come from it are parts of the frame themselves.
+                Role::Source => {}
             }
         }
         parts
@@ -398,11 +405,11 @@ fn is_light(desc: &EntityDesc) -> bool {
     desc.components().iter().any(|component| component.kind().role() == Role::Light)
 }
 
-/// Not while a shutter is open, nor if the focus follows an entity or motion is one of the layers.
+/// Not while a shutter is open, nor if camera or focus follow an entity or motion is one of the layers.
 fn has_static_camera(camera: &Camera, render: &Render) -> bool {
     let follows = matches!(camera.focus, Some(Focus::Entity(_))) && camera.focus_distance.is_none();
     let is_instant = camera.shutter.y <= camera.shutter.x && !render.aovs.contains(&Aov::Motion);
-    is_local(render.integrator) && is_instant && (!follows || camera.lens_radius() == 0.0)
+    is_local(render.integrator) && is_instant && camera.entity.is_none() && (!follows || camera.lens_radius() == 0.0)
 }
 
 /// Whether a pixel depends on nothing but what its own rays meet, and is a sum over lights.

@@ -11,7 +11,7 @@ use super::lights::LightGroups;
 use super::stage::{DerivedCache, Stage};
 use super::static_camera::{CachedTile, StaticCameraCache};
 use super::tiles::TileGrid;
-use super::{accelerate, extract, hierarchy, lens, lights, textures};
+use super::{accelerate, extract, hierarchy, lens, lights, origin, textures};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::{Integrator, Render};
 use crate::film::{AccumulatorOptions, Film, FilterTable, PixelAccumulator, denoise};
@@ -22,7 +22,7 @@ use crate::trace::integrator::{Estimator, SampleSubset};
 use crate::trace::light::Lights;
 use crate::trace::light::environment::{Environment, EnvironmentMap};
 use crate::trace::simd::Width;
-use crate::trace::wavefront::{RenderContext, Settings, Worker};
+use crate::trace::wavefront::{RenderContext, Settings, Worker, any_has_holes};
 
 /// What one frame cost.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -185,7 +185,8 @@ pub fn render_samples(
     let mut settings = stage.settings();
     let environment_group = partial.light_groups.assign_environment(&mut settings);
     if partial.accumulators.is_none() {
-        partial.stats.seed = settings.seed.unwrap_or_else(|| lens::pose_seed(&stage.camera()));
+        let camera = lens::placed_camera(stage)?;
+        partial.stats.seed = settings.seed.unwrap_or_else(|| lens::pose_seed(&camera));
     }
     let resolved = Settings::new(&settings, partial.stats.seed);
     let environment = environment_of(stage, &settings, resolved.follows_paths())?;
@@ -210,9 +211,11 @@ pub fn render_samples(
         lights: &lights,
         textures: &bindings,
         camera: &camera,
+        origin: origin::render_origin(stage).as_vec3(),
         motion: before.as_ref(),
         environment: environment.as_ref(),
         settings: &resolved,
+        holes: any_has_holes(&materials),
         lanes: Width::detect(),
         filter: &filter,
         width: settings.size[0],

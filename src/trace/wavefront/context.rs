@@ -114,6 +114,8 @@ pub struct RenderContext<'a> {
     pub lights: &'a Lights,
     pub textures: &'a TextureBindings,
     pub camera: &'a CameraRays,
+    /// Where the origin of all this is in the world.
+    pub origin: Vec3,
     /// The frame before, where the film wants to know what has moved.
     pub motion: Option<&'a MotionVectors>,
     /// Takes the place of the background colour.
@@ -126,8 +128,18 @@ pub struct RenderContext<'a> {
     pub width: u32,
     /// Groups that lights are divided into, 1 at least.
     pub light_groups: usize,
+    /// Whether surfaces of some materials are not there everywhere.
+    pub holes: bool,
     /// Regions that are noted where rays cross them.
     pub regions: Option<DirtyRegions<'a>>,
+}
+
+impl RenderContext<'_> {
+    /// Whether what stops a shadow ray may let some of its light through.
+    #[inline(always)]
+    pub fn dims_shadow_rays(&self) -> bool {
+        self.settings.transparent_shadows || self.holes
+    }
 }
 
 /// What counts as noise.
