@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::curves::{CurveKey, positions, rotations};
 use super::scan::{AffWord, Scan};
-use super::{Reader, AffStop};
+use super::{AffStop, Reader};
 use crate::base::diagnostics::Place;
 use crate::components::{KeyInterpolation, Text, Track, TrackProperty};
 

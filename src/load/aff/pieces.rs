@@ -6,7 +6,7 @@ use glam::{DVec3, Vec2, Vec3};
 use rustc_hash::FxHashMap;
 
 use super::scan::{AffWord, Scan};
-use super::{Reader, AffStop};
+use super::{AffStop, Reader};
 use crate::base::digest::Digest;
 use crate::base::limits;
 use crate::components::{KeyInterpolation, MeshData, MorphData, MorphTarget, Text, Track, TrackProperty};
