@@ -26,6 +26,8 @@ mod golden;
 mod house;
 #[path = "all/light.rs"]
 mod light;
+#[path = "all/memory.rs"]
+mod memory;
 #[path = "all/mistakes.rs"]
 mod mistakes;
 #[path = "all/modules.rs"]

@@ -33,6 +33,11 @@ pub const SCRIPT_FILE_BYTES: u64 = 4 << 20;
 pub const FRAME_SIDE: u32 = 16_384;
 /// Pixels of a frame: its film and its encoded rows must fit in memory beside the scene.
 pub const FRAME_PIXELS: u64 = 1 << 27;
+/// Bytes that a frame may take while it is made at once; a larger one is made in bands, where nothing of it is kept for
+/// other frames: 1080p with all layers.
+pub const FRAME_AT_ONCE: u64 = 512 << 20;
+/// Bytes of one band of such a frame: large enough to keep all threads busy.
+pub const BAND_BYTES: u64 = 96 << 20;
 /// The file of a frame: the pixels above in 16 bits, should they not shrink.
 pub const FRAME_FILE_BYTES: u64 = 4 << 30;
 /// All channels of an EXR file, unpacked: sixty passes of a 4 k picture in floats.

@@ -18,7 +18,7 @@ use super::spans::Step;
 use crate::base::color::srgb_decode;
 use crate::base::diagnostics::Diagnostic;
 use crate::base::project::{FileRole, Folder};
-use crate::base::{files, limits};
+use crate::base::{files, limits, memory};
 use crate::components::*;
 use crate::trace::light::environment::{CubeMap, EnvironmentMap, FACES, Face};
 
@@ -60,6 +60,13 @@ fn read_face(path: &Path, linear: bool) -> Result<Face, Diagnostic> {
     Ok(Face { width: picture.width(), height: picture.height(), texels })
 }
 
+/// Bytes of a pixel while a picture of floats is read: as decoded, as texels, and in smaller copies.
+const BYTES_OF_FLOATS: u64 = 12 + 12 + 12 + 4;
+/// As [`BYTES_OF_FLOATS`], of a picture of 16 bits a channel, whose texels are floats.
+const BYTES_OF_WORDS: u64 = 8 + 6 + 12 + 4;
+/// As [`BYTES_OF_FLOATS`], of one of 8 bits.
+const BYTES_OF_BYTES: u64 = 4 + 3 + 3 + 1;
+
 /// Endings and names of the image files that are read.
 const KNOWN: &str = "known: PNG, JPEG, HDR (Radiance), EXR, TGA, BMP, WebP, PPM";
 
@@ -84,6 +91,10 @@ fn decode(bytes: Vec<u8>, name: &str, cap: u64) -> Result<DynamicImage, Diagnost
         }
         Ok(())
     };
+    let foresee = |[width, height]: [u32; 2], bytes: u64| {
+        let pixels = u64::from(width) * u64::from(height);
+        memory::check(pixels * bytes, || format!("the {width} x {height} pixels of {name}"))
+    };
     let floats = |[width, height]: [u32; 2], texels: Vec<f32>| {
         let picture = Rgb32FImage::from_raw(width, height, texels);
         picture.map(DynamicImage::ImageRgb32F).ok_or_else(|| broken(&"it has fewer pixels than it says"))
@@ -91,11 +102,13 @@ fn decode(bytes: Vec<u8>, name: &str, cap: u64) -> Result<DynamicImage, Diagnost
     if hdr::is_hdr(&bytes) {
         let header = hdr::header(&bytes).map_err(|e| broken(&e))?;
         fits(header.size)?;
+        foresee(header.size, BYTES_OF_FLOATS)?;
         return floats(header.size, hdr::texels(&bytes, &header).map_err(|e| broken(&e))?);
     }
     if open_exr::is_exr(&bytes) {
         let size = open_exr::size(&bytes).map_err(|e| broken(&e))?;
         fits(size)?;
+        foresee(size, BYTES_OF_FLOATS)?;
         return floats(size, open_exr::texels(&bytes, size).map_err(|e| broken(&e))?);
     }
     let is_tga = Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("tga"));
@@ -123,6 +136,8 @@ fn decode(bytes: Vec<u8>, name: &str, cap: u64) -> Result<DynamicImage, Diagnost
     caps.max_alloc = Some(limits::IMAGE_BYTES);
     reader.limits(caps);
     let mut decoder = reader.into_decoder().map_err(|e| broken(&e))?;
+    let is_deep = decoder.color_type().bits_per_pixel() > 8 * u16::from(decoder.color_type().channel_count());
+    foresee([width, height], if is_deep { BYTES_OF_WORDS } else { BYTES_OF_BYTES })?;
     let orientation = decoder.orientation().map_err(|e| broken(&e))?;
     let mut picture = match jpeg.is_apart {
         false => DynamicImage::from_decoder(decoder).map_err(|e| broken(&e))?,

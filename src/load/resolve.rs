@@ -95,6 +95,7 @@ fn references(scene: &Scene, problems: &mut Vec<Problem>) {
     if scene.entities.len() > limits::ENTITIES || scene.materials.len() > limits::MATERIALS {
         problems.push(Problem::new(vec![key("entities")], format!("more than {} entities", limits::ENTITIES)));
     }
+    texts(scene, problems);
     let mut names: FxHashMap<&str, usize> = FxHashMap::default();
     for (i, desc) in scene.entities.iter().enumerate() {
         let Some(name) = desc.name.as_deref() else { continue };
@@ -143,6 +144,24 @@ fn references(scene: &Scene, problems: &mut Vec<Problem>) {
     cycles(scene, &names, problems);
 }
 
+/// Names and tags that are longer than any person's; all other texts must be one of these, or the name of a file.
+fn texts(scene: &Scene, problems: &mut Vec<Problem>) {
+    let mut check = |text: &str, path: &dyn Fn() -> Vec<Step>| {
+        if text.len() > limits::TEXT_BYTES {
+            let message = format!("a text of {} bytes is over the limit of {}", text.len(), limits::TEXT_BYTES);
+            problems.push(Problem::new(path(), message));
+        }
+    };
+    for (i, desc) in scene.entities.iter().enumerate() {
+        let field = |name: &str| vec![key("entities"), Step::Index(i), key(name)];
+        desc.name.iter().for_each(|name| check(name, &|| field("name")));
+        desc.tags.iter().for_each(|tag| check(tag, &|| field("tags")));
+    }
+    for (name, _) in &scene.materials {
+        check(name, &|| vec![key("materials"), key(name)]);
+    }
+}
+
 fn parent(desc: &EntityDesc) -> Option<&str> {
     desc.component::<Transform>().and_then(|transform| transform.parent.as_deref())
 }
@@ -150,12 +169,19 @@ fn parent(desc: &EntityDesc) -> Option<&str> {
 /// Chains of parents that lead back to themselves or on for too long; each is reported once.
 fn cycles(scene: &Scene, names: &FxHashMap<&str, usize>, problems: &mut Vec<Problem>) {
     let up = |i: usize| parent(&scene.entities[i]).and_then(|name| names.get(name).copied());
-    let mut settled: FxHashSet<usize> = FxHashSet::default();
+    // Entities with all that stands above them, by how many these are.
+    let mut settled: FxHashMap<usize, usize> = FxHashMap::default();
+    let mut is_too_deep = false;
     for start in 0..scene.entities.len() {
         let mut chain = Vec::new();
         let mut on_chain = FxHashSet::default();
         let mut at = up(start).map(|_| start);
-        while let Some(here) = at.filter(|here| !settled.contains(here)) {
+        let mut above = 0;
+        while let Some(here) = at {
+            if let Some(known) = settled.get(&here) {
+                above = *known;
+                break;
+            }
             let mut path = component_path(here, Kind::Transform);
             path.push(key("parent"));
             if !on_chain.insert(here) {
@@ -166,17 +192,18 @@ fn cycles(scene: &Scene, names: &FxHashMap<&str, usize>, problems: &mut Vec<Prob
                 break;
             }
             chain.push(here);
-            if chain.len() > limits::HIERARCHY_DEPTH {
-                let message = format!(
-                    "more than {} parents above {}",
-                    limits::HIERARCHY_DEPTH,
-                    scene.entities[start].label(start)
-                );
-                problems.push(Problem::new(path, message));
-                break;
-            }
             at = up(here);
         }
-        settled.extend(chain);
+        if above + chain.len() > limits::HIERARCHY_DEPTH + 1 && !is_too_deep {
+            is_too_deep = true;
+            let mut path = component_path(start, Kind::Transform);
+            path.push(key("parent"));
+            let label = scene.entities[start].label(start);
+            problems.push(Problem::new(path, format!("more than {} parents above {label}", limits::HIERARCHY_DEPTH)));
+        }
+        for here in chain.into_iter().rev() {
+            above += 1;
+            settled.insert(here, above);
+        }
     }
 }

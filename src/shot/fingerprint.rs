@@ -22,7 +22,7 @@ use crate::systems::EmitterId;
 
 /// The number of the pictures themselves: raise it with every change to the program that changes a pixel or a byte of
 /// a file, so that frames of an older program count as stale.
-pub const PICTURES: u32 = 4;
+pub const PICTURES: u32 = 5;
 
 /// An emitter that has another colour in a frame than in the scene that frames start from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -231,9 +231,8 @@ impl BaseFingerprint {
         *pose = pose.with(self.record(camera, |_, class| class != FieldClass::Lens));
         parts[FramePart::Lens as usize] = self.record(camera, |_, class| class == FieldClass::Lens);
         let brightness = render.environment_color().0;
-        parts[FramePart::Settings as usize] = self.record(render, |field, class| {
-            field != brightness && class != FieldClass::Invisible && is_set(render, field)
-        });
+        parts[FramePart::Settings as usize] =
+            self.record(render, |field, class| field != brightness && class != FieldClass::Invisible);
         let colors = &mut parts[FramePart::LightColors as usize];
         *colors = colors.with(self.record(render, |field, _| field == brightness));
         let is_sum = is_sum(camera, render);
@@ -440,12 +439,6 @@ fn count(counts: &mut SceneCounts, desc: &EntityDesc, sign: i64) {
     counts.lights += sign * i64::from(is_light(desc));
     let shapes = desc.components().iter().filter_map(Component::shape);
     counts.primitives += sign * shapes.map(|shape| shape.primitive_count() as i64).sum::<i64>();
-}
-
-/// Whether a field of the settings counts: where there is no region, frames have the digests that they had before one could
-/// be set.
-fn is_set(render: &Render, field: &str) -> bool {
-    field != "region" || render.region.is_some()
 }
 
 /// Camera rays and the rays that follow from them, each as deep as the tree over the primitives.

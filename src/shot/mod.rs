@@ -9,6 +9,7 @@
 
 pub mod advice;
 mod assets;
+mod bands;
 pub mod chunks;
 mod description;
 mod files;

@@ -382,7 +382,9 @@ fn image_seeds() -> Vec<Vec<u8>> {
 
 fn image(folder: &Path, bytes: &[u8]) {
     let path = put(folder, "a.png", bytes);
-    let _ = load::image::read_mip_map(&path, true, 1 << 20);
+    for plane in [ImagePlane::Srgb, ImagePlane::Alpha] {
+        let _ = load::image::fetch(&mut ImageCache::default(), &folder_of(folder), &"a.png".into(), plane);
+    }
     let _ = anim::compare::Picture::read(&path);
 }
 
