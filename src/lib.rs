@@ -12,12 +12,13 @@
 //! |---|---|
 //! | [`cli`] | one file per command; raw flags are resolved once, here; the only place that prints |
 //! | [`guide`] | the reference: pages from the tables of fields and functions, as text, HTML and JSON |
+//! | [`farm`] | many machines: archives of shots, jobs for schedulers, claims of workers, what a folder of frames lacks |
 //! | [`preview`] | files that are watched, and the page of `anim preview` (feature `preview`) |
 //! | [`shot`] | a sequence: its frames as data and as digests, plan, what is kept, shared and copied, run |
 //! | [`compare`] | image metrics (FLIP), golden frames, reports, the viewer of pictures for pages |
 //! | [`systems`] | plain functions over the hecs World: spawn animate hierarchy lights extract accelerate render |
 //! | [`script`] | Rhai engine and API; time, easing, keyframes; emits edits as data |
-//! | [`load`] | RON, NFF, P3F, OBJ, PLY, images -> one resolved scene, with diagnostics; scenes -> RON |
+//! | [`load`] | RON, NFF, P3F, AFF, glTF, OBJ, PLY, STL, images -> one resolved scene, with diagnostics; scenes -> RON |
 //! | [`output`] | PNG and EXR with metadata, films, sheets, frame names, manifests, what is there already, atomic writes |
 //! | [`trace`] | the kernel: columns of primitives, accelerators, SIMD, materials, textures, lights, integrators, samplers |
 //! | [`film`] | linear pixels and layers: accumulate, filter, denoise, expose and tone map |
@@ -90,6 +91,7 @@ pub mod cli;
 pub mod compare;
 #[warn(clippy::wildcard_enum_match_arm)] // What is added later must be named by the compiler, not forgotten.
 pub mod components;
+pub mod farm;
 #[warn(clippy::wildcard_enum_match_arm)]
 pub mod film;
 pub mod guide;

@@ -120,7 +120,12 @@ impl Project {
 
     /// Remembers a file that is or was to be read.
     pub fn record(&self, path: &Path, role: FileRole) {
-        self.lock().entry(tidy(path)).or_insert(role);
+        let mut files = self.lock();
+        let known = files.entry(tidy(path)).or_insert(role);
+        if *known == FileRole::Data {
+            // What a digest depends on counts as data until somebody says more.
+            *known = role;
+        }
     }
 
     /// How many files and folders were looked for.

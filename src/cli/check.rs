@@ -99,7 +99,7 @@ fn check(input: &Path, arguments: &CheckArguments, said: &mut Diagnostics) -> Re
         evaluation: evaluation()?,
         ..OpenOptions::default()
     };
-    let (mut shot, warnings) = shot::open_with(input, options)?;
+    let (mut shot, warnings) = super::open(input, options)?;
     said.0.extend(warnings.0);
     let frames: Vec<u32> = (1..=shot.frames()).collect();
     let checked = shot::plan::check(&mut shot, &frames);

@@ -6,9 +6,13 @@
 
 mod check;
 mod diff;
+mod farm;
 mod film;
 mod frames;
 mod guide;
+mod lanes;
+mod merge;
+mod pack;
 mod pictures;
 mod plan;
 #[cfg(feature = "preview")]
@@ -18,6 +22,7 @@ mod render;
 mod scenes;
 mod set;
 mod sheet;
+mod status;
 mod test;
 mod threads;
 #[cfg(feature = "preview")]
@@ -27,16 +32,18 @@ use std::ffi::OsString;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use clap::{Parser, Subcommand};
 
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
+use crate::base::memory;
 use crate::base::project::Access;
+use crate::farm::archive;
 use crate::output;
 use crate::script::Evaluation;
 use crate::script::host::{self, HOST_WORD, HostCommand};
-use crate::shot::{OpenOptions, Overrides, Shot};
+use crate::shot::{self, OpenOptions, Overrides, Shot};
 
 #[derive(Parser)]
 #[command(
@@ -53,6 +60,10 @@ Exit codes: 0 done, 1 differences found, 2 usage, 3 the scene or script is wrong
 4 some frames failed, 5 reading or writing failed, 130 interrupted."
 )]
 struct Arguments {
+    /// Memory that the program may use; larger pictures are made in bands, and what cannot fit is refused [default:
+    /// three quarters of what the machine or its control group has]
+    #[arg(long, global = true, value_name = "MIB", value_parser = clap::value_parser!(u64).range(16..=1 << 24))]
+    memory: Option<u64>,
     #[command(subcommand)]
     command: Command,
 }
@@ -65,6 +76,14 @@ enum Command {
     Check(check::CheckArguments),
     /// Show what rendering would do: which frames are there, which changed and how, what they cost
     Plan(plan::PlanArguments),
+    /// Put everything that a shot needs into one archive, which renders to the same bytes anywhere
+    Pack(pack::PackArguments),
+    /// Show what a folder of frames has and lacks, and who is at work on it
+    Status(status::StatusArguments),
+    /// Write a job for a scheduler: Slurm, Open Job Description, make or ninja
+    Farm(farm::FarmArguments),
+    /// Join tiles of a picture to the bytes of the whole
+    Merge(merge::MergeArguments),
     /// Make a film of a script or of frames: .mp4 .webm .mov .gif .apng .webp .y4m
     Film(Box<film::FilmArguments>),
     /// Put many pictures on one: frames of a sequence, several scenes, values of a parameter
@@ -102,10 +121,14 @@ impl Command {
     }
 }
 
-const COMMANDS: [&str; 17] = [
+const COMMANDS: [&str; 21] = [
     "render",
     "check",
     "plan",
+    "pack",
+    "status",
+    "farm",
+    "merge",
     "film",
     "sheet",
     "dump",
@@ -125,7 +148,8 @@ const COMMANDS: [&str; 17] = [
 /// What an input is and how it is read; shared by the commands that open one.
 #[derive(Clone, clap::Args)]
 struct InputArguments {
-    /// A script (.rhai) or a scene (.ron, .nff, .p3f); for a film also a folder or a pattern of frames
+    /// A script (.rhai), a scene (.ron, .nff, .p3f, .gltf, .glb, .obj, .aff) or an archive of `anim pack`; for a film also
+    /// a folder or a pattern of frames
     input: PathBuf,
     /// Give a parameter of the script a value; may be repeated
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]
@@ -177,15 +201,45 @@ impl InputArguments {
     /// How the input is opened: its script in processes of its own.
     fn options(&self, overrides: Overrides) -> Result<OpenOptions, Diagnostics> {
         let (defines, access) = (self.defines.clone(), self.access.access());
-        Ok(OpenOptions {
-            defines,
-            strict: self.strict,
-            overrides,
-            access,
-            evaluation: evaluation()?,
-            keep_scene: false,
-        })
+        let evaluation = evaluation()?;
+        Ok(OpenOptions { defines, strict: self.strict, overrides, access, evaluation, ..OpenOptions::default() })
     }
+}
+
+/// Opens a script, a scene or an archive of one.
+fn open(input: &Path, mut options: OpenOptions) -> Result<(Shot, Diagnostics), Diagnostics> {
+    if !archive::is_archive(input) {
+        return shot::open_with(input, options);
+    }
+    let unpacked = archive::unpack(input)?;
+    if let Some((flag, _)) =
+        [("--root", options.access.root.is_some()), ("--allow-read", !options.access.allow_read.is_empty())]
+            .iter()
+            .find(|(_, given)| *given)
+    {
+        return Err(usage(format!("{flag}: {} reads nothing but what is in it", input.display())));
+    }
+    for (name, value) in &unpacked.manifest.parameters {
+        if !options.defines.iter().any(|(known, _)| known == name) {
+            options.defines.push((name.clone(), value.clone()));
+        }
+    }
+    options.access = Access { root: Some(unpacked.root().to_path_buf()), allow_read: Vec::new() };
+    options.unpacked = Some(unpacked.folder());
+    show_as(unpacked.root(), input);
+    let (shot, warnings) = shot::open_with(&unpacked.input(), options)?;
+    let version = unpacked.version_warning(input);
+    Ok((shot, Diagnostics(version.into_iter().chain(warnings.0).collect())))
+}
+
+/// Folders that archives were unpacked into, and what messages call them.
+static UNPACKED: Mutex<Vec<(String, String)>> = Mutex::new(Vec::new());
+
+/// Messages call a folder by the name of the archive that was unpacked into it.
+fn show_as(folder: &Path, archive: &Path) {
+    let names = [Some(folder.to_path_buf()), folder.canonicalize().ok()].into_iter().flatten();
+    let mut known = UNPACKED.lock().unwrap_or_else(PoisonError::into_inner);
+    known.extend(names.map(|name| (name.to_string_lossy().into_owned(), archive.to_string_lossy().into_owned())));
 }
 
 /// Scripts are evaluated in processes of their own.
@@ -238,16 +292,20 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
     }
     let parsed = match Arguments::try_parse_from(with_default_command(arguments)) {
         Ok(parsed) => parsed,
-        Err(error) => {
-            let _ = error.print();
-            return ExitCode::from(error.exit_code() as u8);
-        }
+        Err(error) => return ExitCode::from(told(&error)),
     };
+    if let Some(bytes) = parsed.memory.map(|mib| mib << 20).or_else(|| memory::of_machine().map(|all| all / 4 * 3)) {
+        memory::set_budget(bytes);
+    }
     let threads = threads::start(parsed.command.threads());
-    let outcome = threads.and_then(|()| match parsed.command {
+    let outcome = threads.and_then(|()| lanes::start()).and_then(|()| match parsed.command {
         Command::Render(arguments) => render::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Plan(arguments) => plan::run(&arguments),
+        Command::Pack(arguments) => pack::run(&arguments),
+        Command::Farm(arguments) => farm::run(&arguments),
+        Command::Status(arguments) => status::run(&arguments),
+        Command::Merge(arguments) => merge::run(&arguments),
         Command::Film(arguments) => film::run(&arguments),
         Command::Sheet(arguments) => sheet::run(*arguments),
         Command::Dump(arguments) => scenes::dump(arguments),
@@ -276,6 +334,18 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         None => exit,
     };
     ExitCode::from(exit as u8)
+}
+
+/// Prints what the reader of arguments has to say: help, the version, or what is wrong with them; gives the exit code.
+fn told(error: &clap::Error) -> u8 {
+    let is_lost = |e: &std::io::Error| !error.use_stderr() && e.kind() != std::io::ErrorKind::BrokenPipe;
+    match error.print().and_then(|()| std::io::stdout().flush()) {
+        Err(lost) if is_lost(&lost) => {
+            say(&Diagnostic::io("the help to standard output", "write", &lost).into());
+            Exit::Io as u8
+        }
+        _ => error.exit_code() as u8,
+    }
 }
 
 /// `anim S.rhai ...` is `anim render S.rhai ...`.
@@ -312,6 +382,9 @@ fn say(problems: &Diagnostics) {
         return;
     }
     let mut text = problems.to_string();
+    for (folder, archive) in UNPACKED.lock().unwrap_or_else(PoisonError::into_inner).iter() {
+        text = text.replace(folder, archive);
+    }
     if progress::is_for_escapes() && std::env::var_os("NO_COLOR").is_none() {
         text = text.replace("error: ", "\x1b[1;31merror:\x1b[0m ").replace("warning: ", "\x1b[1;33mwarning:\x1b[0m ");
     }

@@ -7,7 +7,11 @@ use serde_json::json;
 use super::render::{self, FrameArguments};
 use super::{Exit, print, say};
 use crate::base::diagnostics::Diagnostics;
+use crate::base::limits;
+use crate::farm::frame_list;
+use crate::farm::job::{Task, TaskPlan};
 use crate::output::FileState;
+use crate::shot::Shot;
 use crate::shot::fingerprint::FramePart;
 use crate::shot::plan::{Plan, PlannedFrame, PlannedReuse};
 
@@ -21,22 +25,121 @@ use crate::shot::plan::{Plan, PlannedFrame, PlannedReuse};
 
 Examples:
   anim plan show.rhai                   a line for each frame
-  anim plan show.rhai --json            one JSON object a line")]
+  anim plan show.rhai --json            one JSON object a line
+  anim plan show.rhai --exit-code       0 if every frame is there, 1 if not
+  anim plan show.rhai --left            the frames that are left, as --frames takes them
+  anim plan show.rhai --tasks 12        in 12 parts of about the same cost, and what splitting costs
+  anim plan show.rhai --tasks 12 --json the same for any queue: see anim guide farm")]
 pub struct PlanArguments {
     #[command(flatten)]
     wanted: FrameArguments,
     /// One JSON object a line for each frame
     #[arg(long)]
     json: bool,
+    /// Show parts of about the same cost instead of frames: what --shard I/N is
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=limits::FRAMES as i64))]
+    tasks: Option<u32>,
+    /// Show nothing but the frames that are not done, and exit with 1 if there are any
+    #[arg(long, conflicts_with_all = ["json", "tasks"])]
+    left: bool,
+    /// Exit with 1 if a frame is not done
+    #[arg(long)]
+    exit_code: bool,
+    /// Refuse a plan other than this one, as after an edit or with another version
+    #[arg(long, value_name = "PLAN")]
+    expect: Option<String>,
 }
 
 pub fn run(arguments: &PlanArguments) -> Result<Exit, Diagnostics> {
-    let (shot, mut plan) = render::plan(&arguments.wanted, &*render::on_interrupt()?)?;
+    let cancel = render::on_interrupt()?;
+    let whole = FrameArguments { shard: None, ..arguments.wanted.clone() };
+    let (shot, mut plan) = render::plan(&whole, &cancel)?;
+    if let Some(expected) = &arguments.expect {
+        render::expect_plan(expected, &plan)?;
+    }
+    if let Some([i, n]) = arguments.wanted.shard {
+        plan.keep_shard(i, n);
+    }
     plan.inspect(&shot.source);
-    print(&if arguments.json { lines(&plan) } else { table(&plan) });
+    let left: Vec<u32> =
+        plan.frames.iter().filter(|p| p.state != FileState::Done).map(|planned| planned.frame).collect();
+    print(&match arguments.tasks {
+        _ if arguments.left && left.is_empty() => String::new(),
+        _ if arguments.left => format!("{}\n", frame_list(&left)),
+        Some(count) if arguments.json => task_lines(arguments, &shot, &plan, count),
+        Some(count) => task_table(&plan, count),
+        None if arguments.json => lines(&plan),
+        None => table(&plan),
+    });
     let mistakes = plan.summary();
     say(&mistakes);
-    Ok(if mistakes.has_errors() { Exit::Input } else { Exit::Done })
+    let is_asked = arguments.exit_code || arguments.left;
+    Ok(match mistakes.has_errors() {
+        true => Exit::Input,
+        false if is_asked && !left.is_empty() => Exit::Differences,
+        false => Exit::Done,
+    })
+}
+
+/// A line about all tasks, then one for each.
+fn task_lines(arguments: &PlanArguments, shot: &Shot, plan: &Plan, count: u32) -> String {
+    let tasks = TaskPlan::new(plan, count);
+    let out = arguments.wanted.out.clone();
+    let command = |number: u32| {
+        let mut words = vec!["render".to_string(), arguments.wanted.input.input.to_string_lossy().into_owned()];
+        words.extend(super::farm::settings(&arguments.wanted));
+        arguments.wanted.frames.iter().for_each(|list| words.extend(["--frames".into(), list.clone()]));
+        words.extend(["--shard".into(), format!("{number}/{count}"), "--expect".into(), tasks.plan.clone()]);
+        out.iter().for_each(|out| words.extend(["-o".into(), out.clone()]));
+        words
+    };
+    let head = json!({
+        "plan": tasks.plan,
+        "anim": env!("CARGO_PKG_VERSION"),
+        "input": shot.input_path(),
+        "folder": plan.folder().to_string_lossy(),
+        "tasks": count,
+        "frames": plan.frames.len(),
+        "left": tasks.tasks.iter().map(|task| task.left).sum::<usize>(),
+        "cost": tasks.whole,
+        "price": tasks.price,
+        "longest": tasks.longest,
+        "cores": tasks.cores,
+        "memory_bytes": tasks.memory_bytes,
+    });
+    let line = |task: &Task| {
+        let value = json!({
+            "task": task.number,
+            "frames": task.list(),
+            "first": task.frames.first(),
+            "last": task.frames.last(),
+            "count": task.frames.len(),
+            "left": task.left,
+            "cost": task.cost,
+            "arguments": command(task.number),
+        });
+        format!("{value}\n")
+    };
+    format!("{head}\n{}", tasks.tasks.iter().map(line).collect::<String>())
+}
+
+fn task_table(plan: &Plan, count: u32) -> String {
+    let tasks = TaskPlan::new(plan, count);
+    let whole = tasks.whole.max(f64::MIN_POSITIVE);
+    let mut text = String::from(" task   share  left  frames\n");
+    for task in &tasks.tasks {
+        let share = 100.0 * task.cost / whole;
+        let _ = writeln!(text, "{:>5}  {share:>4.1} %  {:>4}  {}", task.number, task.left, task.list());
+    }
+    let (price, longest) = (100.0 * tasks.price / whole, whole / tasks.longest.max(f64::MIN_POSITIVE));
+    let gibibytes = tasks.memory_bytes as f64 / f64::from(1 << 30);
+    let _ = writeln!(
+        text,
+        "{count} tasks side by side are {longest:.1} times as fast; splitting does {price:.1} % of the work again\n\
+         each can use {} cores and needs about {gibibytes:.2} GiB; plan {}",
+        tasks.cores, tasks.plan
+    );
+    text
 }
 
 fn words(changes: &[FramePart]) -> Vec<&'static str> {

@@ -1,10 +1,12 @@
 //! Progress on stderr: one line that renews itself at a terminal, or JSON lines, with an estimate of what is left.
 
 use std::io::{IsTerminal, Write};
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
+
+use crate::base::diagnostics::Diagnostics;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Mode {
@@ -12,6 +14,8 @@ pub enum Mode {
     Auto,
     /// One JSON object per finished frame
     Json,
+    /// Lines of Open Job Description on stdout: openjd_progress, openjd_status, openjd_fail
+    Openjd,
     None,
 }
 
@@ -37,6 +41,8 @@ struct ProgressState {
     current: u32,
     finished: usize,
     share: f64,
+    /// Frames on disk.
+    written: usize,
     shown: Option<Instant>,
 }
 
@@ -45,7 +51,7 @@ const RENEW: Duration = Duration::from_millis(100);
 impl Progress {
     pub fn new(mode: Mode, frames: usize) -> Self {
         let mode = if mode == Mode::Auto && !is_for_escapes() { Mode::None } else { mode };
-        let state = ProgressState { current: 0, finished: 0, share: 0.0, shown: None };
+        let state = ProgressState { current: 0, finished: 0, share: 0.0, written: 0, shown: None };
         Progress { mode, frames, start: Instant::now(), state: Mutex::new(state) }
     }
 
@@ -67,11 +73,27 @@ impl Progress {
 
     /// A frame is on disk.
     pub fn written(&self, frame: u32, file: &str) {
+        if self.mode == Mode::Openjd {
+            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+            state.written += 1;
+            let percent = 100.0 * (state.written as f64 / self.frames.max(1) as f64).min(1.0);
+            super::print(&format!("openjd_progress: {percent:.2}\nopenjd_status: frame {frame} is written\n"));
+        }
         if self.mode == Mode::Json {
             let line = serde_json::json!({
                 "frame": frame, "file": file, "frames": self.frames, "elapsed_seconds": self.start.elapsed().as_secs_f64(),
             });
             let _ = writeln!(std::io::stderr(), "{line}");
+        }
+    }
+
+    /// Why nothing can be rendered, for whoever reads progress.
+    pub fn fail(mode: Mode, problems: &Diagnostics) {
+        let first = problems.0.iter().find(|problem| problem.is_error());
+        if let Some(problem) = first.filter(|_| mode == Mode::Openjd) {
+            let place =
+                problem.place.as_ref().map_or_else(String::new, |p| format!("{}:{}:{}: ", p.file, p.line, p.column));
+            super::print(&format!("openjd_fail: {place}{}\n", problem.message.replace('\n', " ")));
         }
     }
 
@@ -85,7 +107,7 @@ impl Progress {
     /// Clears the line and sums up.
     pub fn end(&self, written: usize, kept: usize, place: &str) {
         self.clear();
-        if self.mode != Mode::Json && stderr_is_terminal() {
+        if !matches!(self.mode, Mode::Json | Mode::Openjd) && stderr_is_terminal() {
             let (frames, time) = (plural(written), clock(self.start.elapsed().as_secs_f64()));
             let kept = if kept > 0 { format!(", {kept} kept") } else { String::new() };
             let _ = writeln!(std::io::stderr(), "{frames} in {time}{kept}: {place}");
@@ -107,7 +129,7 @@ fn plural(frames: usize) -> String {
 }
 
 /// Seconds as a person says them.
-fn clock(seconds: f64) -> String {
+pub fn clock(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {
         0..=9 => format!("{seconds:.1} s"),

@@ -1,21 +1,28 @@
 //! `anim render`: frames of a script, or one picture of a scene.
 
+mod look;
+mod shared;
+mod tiles;
+
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use serde_json::json;
 
+pub use look::LookArguments;
+use look::name_of_part;
+
 use super::progress::{Mode, Progress};
 use super::{Exit, InputArguments, exit_code, film, frames, print, say, say_printed, usage};
-use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, suggestion};
+use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::base::limits;
 use crate::base::project::Project;
-use crate::components::{Accel, Aov, Integrator};
 use crate::output::{FileState, FilmFormat, names};
 use crate::shot::plan::Plan;
 use crate::shot::run::{self, Event, FrameSource, Report, ReusePolicy};
-use crate::shot::{self, Overrides, Shot};
+use crate::shot::{self, Shot};
+use crate::trace::simd::Width;
 
 /// Which frames, how they look, and where they go: what decides the plan.
 #[derive(Clone, clap::Args)]
@@ -35,43 +42,6 @@ pub struct FrameArguments {
     pub look: LookArguments,
 }
 
-/// Settings over those of the scene and the script.
-#[derive(Clone, clap::Args)]
-pub struct LookArguments {
-    /// Width and height in pixels, over the scene's
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    size: Option<[u32; 2]>,
-    /// Render a part of each frame only: left, top, width and height in pixels. It is equal to the same part of the whole;
-    /// a PNG holds the part alone, an EXR says where in the frame it lies
-    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_region)]
-    region: Option<Region>,
-    /// Samples per pixel, over the scene's; rounded down to a square
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=limits::SAMPLES as i64))]
-    spp: Option<u32>,
-    /// Seed of all sampling [default: follows from the camera's pose]
-    #[arg(long, value_name = "N")]
-    seed: Option<u64>,
-    /// Side of the squares that point lights are widened to, over the scene's; gives soft shadows
-    #[arg(long, value_name = "LENGTH")]
-    light_size: Option<f64>,
-    /// whitted, distribution, path or photon
-    #[arg(long, value_name = "NAME", value_parser = |s: &str| Integrator::parse(s).ok_or_else(|| choices(Integrator::NAMES)))]
-    integrator: Option<Integrator>,
-    /// auto, bvh, grid or brute; the pictures do not depend on it
-    #[arg(long, value_name = "NAME", value_parser = |s: &str| Accel::parse(s).ok_or_else(|| choices(Accel::NAMES)))]
-    accel: Option<Accel>,
-    /// Bits per channel of the picture: 8 or 16 of a PNG, 32 for floats instead of halves in an EXR
-    #[arg(long, value_name = "BITS", value_parser = parse_depth)]
-    depth: Option<u32>,
-    /// Layers beside the colours of an EXR file, over the scene's: depth, normal, albedo, position, entity, material,
-    /// motion, variance; `none` for none
-    #[arg(long, value_name = "LIST", value_parser = parse_aovs)]
-    aovs: Option<Aovs>,
-    /// Filter noise out of the finished picture
-    #[arg(long)]
-    denoise: bool,
-}
-
 impl RenderArguments {
     /// Rendering of frames for something else, which says nothing of single ones.
     pub fn quiet(wanted: FrameArguments, force: bool, progress: Mode) -> Self {
@@ -82,6 +52,9 @@ impl RenderArguments {
             overwrite: false,
             no_reuse: false,
             reuse_memory,
+            tiles: None,
+            claims: false,
+            expect: None,
             threads: None,
             stats: None,
             progress,
@@ -98,32 +71,13 @@ impl RenderArguments {
             (look.is_given(), "a setting such as --size"),
             (self.force, "--force"),
             (self.no_reuse, "--no-reuse"),
+            (self.tiles.is_some(), "--tiles"),
+            (self.claims, "--claims"),
+            (self.expect.is_some(), "--expect"),
             (self.threads.is_some(), "--threads"),
             (self.stats.is_some(), "--stats"),
         ];
         given.into_iter().find(|(given, _)| *given).map(|(_, flag)| flag)
-    }
-}
-
-impl LookArguments {
-    /// Whether any setting was given.
-    pub fn is_given(&self) -> bool {
-        self.overrides() != Overrides::default()
-    }
-
-    pub fn overrides(&self) -> Overrides {
-        Overrides {
-            size: self.size,
-            region: self.region.map(|region| region.0),
-            samples: self.spp,
-            seed: self.seed,
-            integrator: self.integrator,
-            accel: self.accel,
-            light_size: self.light_size,
-            bit_depth: self.depth,
-            aovs: self.aovs.as_ref().map(|aovs| aovs.0.clone()),
-            denoise: self.denoise.then_some(true),
-        }
     }
 }
 
@@ -135,6 +89,7 @@ Examples:
   anim render show.rhai -D aperture=0.2 -o wide      a parameter of the script, another folder
   anim render show.rhai -o 'out/f.######.png'        six digits
   anim render show.rhai --shard 2/3                  the second third, on the second of three machines
+  anim render show.rhai --shard 2/3 --claims         the same; when it is done, it helps the others
   anim render scene.p3f --size 1024x768 --depth 16   a still in 16 bits
   anim render scene.p3f --region 100,80,64,48        a part of it, equal to that of the whole
   anim render scene.ron -o still.exr --aovs depth,normal   linear values, with layers
@@ -154,6 +109,17 @@ pub struct RenderArguments {
     /// Memory for what is kept from frame to frame; the pictures do not depend on it
     #[arg(long, value_name = "MIB", default_value_t = limits::REUSE_MEMORY, value_parser = clap::value_parser!(u64).range(0..=1 << 24))]
     reuse_memory: u64,
+    /// Render the i-th of n parts of each frame, to an EXR file; `anim merge` joins them to the bytes of the whole
+    #[arg(long, value_name = "I/N", value_parser = parse_shard, conflicts_with = "region")]
+    tiles: Option<[u32; 2]>,
+    /// Share the folder with other workers: claim frames before they are rendered, so that each is rendered once; with
+    /// --shard, the own part comes first, then what nobody has claimed of the others
+    #[arg(long)]
+    pub claims: bool,
+    /// Refuse to render if the plan of these frames is another one than this, as after an edit or with another version;
+    /// `anim plan --json --tasks N` and the jobs of `anim farm` name it
+    #[arg(long, value_name = "PLAN")]
+    pub expect: Option<String>,
     /// Worker threads; the pictures do not depend on them [default: one per core]
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     pub threads: Option<usize>,
@@ -166,44 +132,13 @@ pub struct RenderArguments {
 }
 
 impl RenderArguments {
+    /// Whether parts of frames are wanted.
+    pub fn is_tile(&self) -> bool {
+        self.tiles.is_some()
+    }
+
     pub fn threads(&self) -> Option<usize> {
         self.threads
-    }
-}
-
-fn choices(names: &[&str]) -> String {
-    format!("expected {}", names.join(", ").to_lowercase())
-}
-
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let parts = text.split_once(['x', 'X']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
-    let size: [u32; 2] = parts.ok_or("expected WIDTHxHEIGHT, as in 640x360")?;
-    let pixels = u64::from(size[0]) * u64::from(size[1]);
-    if size.iter().any(|s| !(1..=limits::FRAME_SIDE).contains(s)) || pixels > limits::FRAME_PIXELS {
-        return Err(format!("sides go from 1 to {}, and at most {} pixels", limits::FRAME_SIDE, limits::FRAME_PIXELS));
-    }
-    Ok(size)
-}
-
-/// The four numbers of `--region`; a type of its own, since clap takes a list for an argument that is repeated.
-#[derive(Clone, Copy)]
-struct Region([u32; 4]);
-
-fn parse_region(text: &str) -> Result<Region, String> {
-    let numbers: Vec<u32> = text.split(',').map_while(|number| number.trim().parse().ok()).collect();
-    let whole = <[u32; 4]>::try_from(numbers).ok().filter(|_| text.split(',').count() == 4);
-    let [x, y, width, height] = whole.ok_or("expected X,Y,WIDTH,HEIGHT in pixels, as in 0,0,320,180")?;
-    if width == 0 || height == 0 {
-        return Err("a region has one pixel at least".into());
-    }
-    Ok(Region([x, y, width, height]))
-}
-
-/// What files of a part of frames are called, so that they do not take the place of whole ones.
-fn name_of_part(name: &str, look: &LookArguments) -> String {
-    match look.region {
-        Some(Region([x, y, width, height])) => format!("{name}.region-{x}-{y}-{width}-{height}"),
-        None => name.to_string(),
     }
 }
 
@@ -221,32 +156,6 @@ pub fn parse_threads(text: &str) -> Result<usize, String> {
     number.ok_or_else(|| format!("expected a number from 1 to {}", limits::THREADS))
 }
 
-fn parse_depth(text: &str) -> Result<u32, String> {
-    match text {
-        "8" => Ok(8),
-        "16" => Ok(16),
-        "32" => Ok(32),
-        _ => Err("expected 8, 16 or 32".into()),
-    }
-}
-
-/// The list of `--aovs`; a type of its own, since clap takes a `Vec` for an argument that is repeated.
-#[derive(Clone)]
-struct Aovs(Vec<Aov>);
-
-fn parse_aovs(text: &str) -> Result<Aovs, String> {
-    if text.eq_ignore_ascii_case("none") {
-        return Ok(Aovs(Vec::new()));
-    }
-    let one = |word: &str| {
-        Aov::parse(word.trim()).ok_or_else(|| {
-            let near = suggestion(word, Aov::NAMES.iter().copied()).map_or(String::new(), |help| format!("; {help}"));
-            format!("`{word}` is none of {}{near}", Aov::NAMES.join(", ").to_lowercase())
-        })
-    };
-    text.split(',').map(one).collect::<Result<_, _>>().map(Aovs)
-}
-
 /// Opens the input and plans the frames that were asked for, without looking at what is there.
 pub fn plan(arguments: &FrameArguments, cancel: &AtomicBool) -> Result<(Shot, Plan), Diagnostics> {
     plan_into(arguments, arguments.out.as_deref(), cancel)
@@ -258,8 +167,8 @@ pub fn plan_into(
     out: Option<&str>,
     cancel: &AtomicBool,
 ) -> Result<(Shot, Plan), Diagnostics> {
-    let project = Project::of(&arguments.input.input, &arguments.input.access.access())?;
-    plan_in(arguments, out, cancel, project)
+    let options = arguments.input.options(arguments.look.overrides())?;
+    plan_opened(arguments, out, cancel, super::open(&arguments.input.input, options)?)
 }
 
 /// As [`plan_into`], in a project that is known.
@@ -270,7 +179,15 @@ pub fn plan_in(
     project: Arc<Project>,
 ) -> Result<(Shot, Plan), Diagnostics> {
     let options = arguments.input.options(arguments.look.overrides())?;
-    let (mut shot, warnings) = shot::open_in(&arguments.input.input, options, project)?;
+    plan_opened(arguments, out, cancel, shot::open_in(&arguments.input.input, options, project)?)
+}
+
+fn plan_opened(
+    arguments: &FrameArguments,
+    out: Option<&str>,
+    cancel: &AtomicBool,
+    (mut shot, warnings): (Shot, Diagnostics),
+) -> Result<(Shot, Plan), Diagnostics> {
     say(&warnings);
     let count = shot.frames();
     let wanted = match &arguments.frames {
@@ -306,9 +223,43 @@ pub fn run(arguments: RenderArguments) -> Result<Exit, Diagnostics> {
     if arguments.wanted.out.as_ref().is_some_and(|out| FilmFormat::of_path(Path::new(out)).is_some()) {
         return film::render(&arguments, &film::FilmOptionArguments::default());
     }
+    let rendered = render_frames(&arguments);
+    if let Err(problems) = &rendered {
+        Progress::fail(arguments.progress, problems);
+    }
+    rendered
+}
+
+fn render_frames(arguments: &RenderArguments) -> Result<Exit, Diagnostics> {
     let cancel = on_interrupt()?;
-    let (mut shot, plan) = plan(&arguments.wanted, &cancel)?;
-    render(&arguments, &mut shot, plan, &cancel, &|_| {})
+    if let Some(tile) = arguments.tiles {
+        return tiles::render_tile(arguments, tile, &cancel);
+    }
+    let whole = FrameArguments { shard: None, ..arguments.wanted.clone() };
+    let (mut shot, mut plan) = plan(&whole, &cancel)?;
+    if let Some(expected) = &arguments.expect {
+        expect_plan(expected, &plan)?;
+    }
+    if arguments.claims {
+        return shared::render(arguments, &mut shot, plan, &cancel);
+    }
+    if let Some([i, n]) = arguments.wanted.shard {
+        plan.keep_shard(i, n);
+    }
+    render(arguments, &mut shot, plan, &cancel, &|_| {})
+}
+
+/// A job is refused whose frames would not be those that it was written for.
+pub fn expect_plan(expected: &str, plan: &Plan) -> Result<(), Diagnostics> {
+    let found = plan.digest().to_string();
+    if found == expected {
+        return Ok(());
+    }
+    let version = env!("CARGO_PKG_VERSION");
+    let message =
+        format!("the plan is {found} and not {expected}: other frames than those of the job (anim {version})");
+    let help = "the input, its settings or the version of anim have changed since: write the job anew";
+    Err(Diagnostic::error(message).help(help).into())
 }
 
 /// Renders what is not done. `finished` hears of every frame that is whole, those that were there already too, from
@@ -333,17 +284,9 @@ pub fn render(
     let kept = plan.frames.iter().filter(|planned| planned.state == FileState::Done).count();
     let progress = Progress::new(arguments.progress, wanted - kept - plan.mistakes().count());
     let written = AtomicUsize::new(0);
-    let watch = |event: Event| match event {
-        Event::Tiles { frame, done, total } => progress.tiles(frame, done, total),
-        Event::Written(report) => {
-            if report.reused != FrameSource::Cache {
-                written.fetch_add(1, Ordering::Relaxed);
-                progress.written(report.frame, &report.file.to_string_lossy());
-            }
-            if arguments.stats.is_some() {
-                print(&format!("{}\n", stats(&report)));
-            }
-            finished(report.frame);
+    let watch = |event: Event| {
+        if let Some(frame) = show(arguments, &progress, &written, &event) {
+            finished(frame);
         }
     };
     let ending = run::run(shot, &plan, policy, cancel, &watch);
@@ -359,6 +302,27 @@ pub fn render(
         return Ok(Exit::Interrupted);
     }
     Ok(outcome(&plan, &ending.failed, written + kept))
+}
+
+/// Shows what happens, and gives the number of a frame that is whole now.
+fn show(arguments: &RenderArguments, progress: &Progress, written: &AtomicUsize, event: &Event) -> Option<u32> {
+    match event {
+        Event::Tiles { frame, done, total } => {
+            progress.tiles(*frame, *done, *total);
+            None
+        }
+        Event::Failed(_) => None,
+        Event::Written(report) => {
+            if report.reused != FrameSource::Cache {
+                written.fetch_add(1, Ordering::Relaxed);
+                progress.written(report.frame, &report.file.to_string_lossy());
+            }
+            if arguments.stats.is_some() {
+                print(&format!("{}\n", stats(report)));
+            }
+            Some(report.frame)
+        }
+    }
 }
 
 /// What somebody else has made is not written over unasked.
@@ -416,6 +380,8 @@ fn stats(report: &Report) -> serde_json::Value {
         "intersection_tests": c.intersection_tests,
         "steps": c.steps,
         "accel": s.accel,
+        "bands": s.bands,
+        "simd": Width::detect().name(),
         "builds": s.builds,
         "tiles": s.tiles,
         "tiles_kept": s.tiles_kept,

@@ -1,6 +1,6 @@
 //! Where an entity stands.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::record::ranges::position;
@@ -17,8 +17,11 @@ record! {
         pub translation: DVec3 = DVec3::ZERO,
         /// Degrees: pitch about x, yaw about y, roll about z; roll is applied first, yaw last.
         pub rotation: DVec3 = DVec3::ZERO,
-        /// Factor per axis, not 0; one number scales all axes alike.
+        /// Factor per axis; one number scales all axes alike. What is scaled by 0 on two axes or more does not show; by 0
+        /// on one it is flat, which only meshes and triangles can be.
         pub scale: Scale = Scale::default(),
+        /// Any affine map, in place of translation, rotation and scale: where the x, y and z axes go, and the origin.
+        pub matrix: Option<[DVec3; 4]> = None,
         /// Name of the entity whose space this transform stands in.
         pub parent: Option<Text> = None,
     }
@@ -27,7 +30,10 @@ record! {
 impl Transform {
     /// The affine map from local to parent space.
     pub fn matrix(&self) -> DAffine3 {
-        math::placement(self.translation, self.rotation, self.scale.0)
+        match self.matrix {
+            Some([x, y, z, origin]) => DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation: origin },
+            None => math::placement(self.translation, self.rotation, self.scale.0),
+        }
     }
 }
 
@@ -36,10 +42,7 @@ impl Check for Transform {
         position("translation", self.translation)?;
         position("rotation", self.rotation)?;
         position("scale", self.scale.0)?;
-        if self.scale.0.to_array().contains(&0.0) {
-            return Err(Invalid { field: "scale", message: "`scale` must not be 0 on any axis".into() });
-        }
-        Ok(())
+        self.matrix.iter().flatten().try_for_each(|column| position("matrix", *column))
     }
 }
 

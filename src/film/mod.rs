@@ -2,13 +2,15 @@
 //!
 //! Pixels are linear and of any size (scene referred). [`accumulator`] adds samples up, tile by tile; [`filter`] draws where
 //! in and around a pixel they lie; [`layers`] say what the pixels show; [`denoise`] takes out noise; [`tone`] makes what a
-//! screen can show of the result; [`bounds`] are rectangles of a frame that is not rendered as a whole.
+//! screen can show of the result; [`bounds`] are rectangles of a frame that is not rendered as a whole, [`rows`] filter
+//! one that comes in bands.
 
 pub mod accumulator;
 pub mod bounds;
 mod denoise;
 pub mod filter;
 pub mod layers;
+pub mod rows;
 pub mod tone;
 
 pub use accumulator::{AccumulatorOptions, PixelAccumulator};
@@ -16,6 +18,7 @@ pub use bounds::PixelBounds;
 pub use denoise::{DENOISE_REACH, denoise};
 pub use filter::FilterTable;
 pub use layers::{Feature, Layers};
+pub use rows::RowDenoiser;
 pub use tone::DisplayTransform;
 
 /// Linear RGB pixels of any size, top row first.
@@ -42,6 +45,13 @@ impl Film {
     pub fn cropped(&self, bounds: PixelBounds, part: PixelBounds) -> Film {
         let [width, height] = part.size;
         Film { width, height, pixels: bounds.crop(&self.pixels, part), layers: self.layers.cropped(bounds, part) }
+    }
+
+    /// Adds rows of the same width and with the same layers below.
+    pub fn append(&mut self, rows: Film) {
+        self.height += rows.height;
+        self.pixels.extend(rows.pixels);
+        self.layers.append(rows.layers);
     }
 
     /// RGB bytes, three per pixel, rounded to nearest.

@@ -16,6 +16,7 @@ mod fields;
 pub mod html;
 pub mod json;
 mod language;
+mod many_machines;
 mod mistakes;
 mod pages;
 pub mod text;

@@ -82,6 +82,19 @@ impl Manifest {
         manifest
     }
 
+    /// As [`Self::read`], for whoever adds nothing: the file is left as it is.
+    pub fn peek(folder: &Path) -> Self {
+        let text = files::read_text(&folder.join(NAME), limits::MANIFEST_BYTES).unwrap_or_default();
+        let read = text.lines().filter_map(|line| serde_json::from_str::<Entry>(line).ok());
+        let entries = read.map(|entry| (entry.file.clone(), entry)).collect();
+        Manifest { folder: folder.to_path_buf(), input: String::new(), entries }
+    }
+
+    /// The last line about every file, in no order.
+    pub fn entries(&self) -> impl Iterator<Item = &Entry> {
+        self.entries.values()
+    }
+
     /// The script or scene that files are added for.
     pub fn input(&self) -> &str {
         &self.input

@@ -5,6 +5,7 @@
 //!
 //! [`formats`] holds the table of picture formats; to add one touches that table and a file of its own.
 
+pub mod claims;
 mod exr;
 pub mod film;
 pub mod format;
@@ -19,10 +20,11 @@ pub mod sheet;
 mod small_png;
 mod state;
 
+pub use exr::{MergedPicture, merge_exr};
 pub use film::FilmFormat;
 pub use format::{Decoded, Format, PictureHeader};
 pub use layered::read_layered;
-pub use metadata::{Metadata, Provenance, frame_metadata, provenance_metadata};
+pub use metadata::{Metadata, Provenance, frame_metadata, provenance_metadata, with_whole};
 pub use parts::{ChannelSamples, ColorEncoding, LayeredPicture, PictureChannel, PicturePart, PixelWindow};
 pub use png::encode_rgb8;
 pub use small_png::{PngPixels, compressed_note_bytes, encode_small_png, small_png_of};

@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use rustc_hash::FxHashMap;
 
 use crate::base::digest::{Digest, Hasher};
-use crate::base::project::{self, Folder};
+use crate::base::project::{self, FileRole, Folder};
 use crate::base::{files, limits};
 use crate::components::{Text, Value};
 
@@ -58,7 +58,11 @@ impl Assets {
         // A name that leads out of the project is refused by whoever reads it.
         let path = self.base.admit(name).ok();
         let stamp = path.as_ref().and_then(|path| std::fs::metadata(path).ok());
-        let content = path.and_then(|path| read(&path)).map(|digest| AssetContent { digest, stamp });
+        let content = path.as_ref().and_then(|path| read(path)).map(|digest| AssetContent { digest, stamp });
+        if let Some(path) = path.filter(|_| content.is_some()) {
+            // Whoever reads it says what as, if anybody does; the digest depends on it either way.
+            self.base.project().record(&path, FileRole::Data);
+        }
         let digest = content.as_ref().map(|c| c.digest);
         known.insert(name.clone(), content);
         digest

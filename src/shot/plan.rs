@@ -1,5 +1,6 @@
 //! The plan of a run: every wanted frame as data, and what is there of it already.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,10 +10,11 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::Shot;
+use super::chunks::{self, Chunks, FrameCost};
 use super::fingerprint::{Fingerprint, FramePart};
-use super::reuse::light_mix::{self, LightMix, LightMixes};
+use super::reuse::light_mix::{self, LightMix, LightMixes, window_of};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, ranges};
-use crate::base::digest::Digest;
+use crate::base::digest::{Digest, Hasher};
 use crate::components::Scene;
 use crate::output::manifest::Manifest;
 use crate::output::names::Target;
@@ -40,6 +42,8 @@ pub struct PlannedFrame {
     pub reuse: PlannedReuse,
     /// What is found under its name.
     pub state: FileState,
+    /// The hash of the whole frame, if this is a tile of one.
+    pub whole: Option<Digest>,
 }
 
 /// Where the work for a frame is from, as far as a plan can tell.
@@ -137,8 +141,9 @@ pub fn make_until(shot: &mut Shot, wanted: &[u32], target: Target, cancel: &Atom
         let now = fingerprint.as_ref().ok().cloned();
         let changes =
             now.as_ref().zip(before.as_ref()).map(|(now, before): (&Fingerprint, &Fingerprint)| now.changes(before));
-        let light_mix =
-            now.as_ref().filter(|now| now.is_sum).and_then(|now| light_mixes.get(&now.hash_without_colors())).cloned();
+        let of_window = light_mixes.get(&window_of(*frame));
+        let light_mix = now.as_ref().filter(|now| now.is_sum).zip(of_window);
+        let light_mix = light_mix.and_then(|(now, mixes)| mixes.get(&now.hash_without_colors())).cloned();
         let hash =
             now.as_ref().map(|now| light_mix.as_ref().map_or_else(|| now.hash(), |light_mix| light_mix.hash_of(now)));
         let hash = hash.unwrap_or_default();
@@ -154,6 +159,7 @@ pub fn make_until(shot: &mut Shot, wanted: &[u32], target: Target, cancel: &Atom
             twin: None,
             reuse: PlannedReuse::None,
             state: FileState::Missing,
+            whole: None,
         });
     }
     find_shared_work(&mut frames);
@@ -163,21 +169,60 @@ pub fn make_until(shot: &mut Shot, wanted: &[u32], target: Target, cancel: &Atom
 }
 
 impl Plan {
-    /// Keeps the i-th of n parts that follow each other and cost about the same; together they are the whole.
+    /// What each frame costs, alone and behind the one that it shares work with, whatever is there already.
+    pub fn costs(&self) -> Vec<FrameCost> {
+        let mut known: FxHashMap<Digest, usize> = FxHashMap::default();
+        let mut last: Option<(usize, &Fingerprint)> = None;
+        let mut costs = Vec::with_capacity(self.frames.len());
+        for (i, planned) in self.frames.iter().enumerate() {
+            let Ok(fingerprint) = &planned.fingerprint else {
+                costs.push(FrameCost { alone: WRITING, shared: WRITING, with: None });
+                continue;
+            };
+            let alone = fingerprint.cost + WRITING;
+            let twin = known.insert(planned.hash, i);
+            let mix = planned.light_mix.as_ref().and_then(|mix| known.insert(mix.hash, i));
+            let before = last.filter(|_| planned.light_mix.is_none());
+            let (shared, with) = match (twin.or(mix), before) {
+                (Some(with), _) => (WRITING, Some(with)),
+                (None, Some((with, other))) if other.differs_in_objects_only(fingerprint) => {
+                    (TRACED_OF_TILES * fingerprint.cost + WRITING, Some(with))
+                }
+                (None, Some((with, other))) if other.shares_photons_with(fingerprint) => {
+                    (TRACED_OF_PHOTONS * fingerprint.cost + WRITING, Some(with))
+                }
+                (None, _) => (alone, None),
+            };
+            costs.push(FrameCost { alone, shared, with });
+            last = planned.light_mix.is_none().then_some((i, fingerprint));
+        }
+        costs
+    }
+
+    /// The frames in `parts` of about the same cost that follow each other.
     ///
-    /// It depends on the plan alone, not on what is there already: n processes agree on it.
+    /// It depends on the plan alone, not on what is there already: as many processes agree on it.
+    pub fn chunks(&self, parts: u32) -> Chunks {
+        chunks::split(&self.costs(), parts as usize)
+    }
+
+    /// Keeps the i-th of n parts of [`Self::chunks`].
     pub fn keep_shard(&mut self, i: u32, n: u32) {
-        let total: f64 = self.frames.iter().map(|planned| planned.cost() + WRITING).sum();
-        let mut reached = 0.0;
-        self.frames.retain(|planned| {
-            let cost = planned.cost() + WRITING;
-            let middle = (reached + cost / 2.0) / total;
-            reached += cost;
-            // Rounding may carry the last one over the end.
-            let shard = ((middle * f64::from(n)) as u32).min(n - 1);
-            shard + 1 == i
-        });
+        let range = self.chunks(n).ranges[i as usize - 1].clone();
+        self.frames.truncate(range.end);
+        self.frames.drain(..range.start);
         find_shared_work(&mut self.frames);
+    }
+
+    /// Digest of what all frames are to be, with the version of the program in it: who has the same plan makes the same
+    /// frames.
+    pub fn digest(&self) -> Digest {
+        let mut hasher = Hasher::default();
+        for planned in &self.frames {
+            hasher.word(u64::from(planned.frame));
+            hasher.digest(planned.hash);
+        }
+        hasher.finish()
     }
 
     /// Keeps the frames with these numbers.
@@ -195,6 +240,14 @@ impl Plan {
             planned.state = inspect(&planned.file, known, &planned.provenance(source), input);
         });
         find_shared_work(&mut self.frames);
+    }
+
+    /// What is there under the name of one frame, by its place in the plan.
+    pub fn state_of(&self, place: usize, source: &str) -> FileState {
+        let planned = &self.frames[place];
+        let known = self.manifest.as_ref().and_then(|manifest| manifest.get(&planned.file));
+        let input = self.manifest.as_ref().map_or("", Manifest::input);
+        inspect(&planned.file, known, &planned.provenance(source), input)
     }
 
     /// Files in the way that are no pictures of this script or scene.
@@ -228,6 +281,11 @@ impl Plan {
 
 /// What a frame costs that is not traced.
 const WRITING: f64 = 0.1;
+/// The share of a frame's samples that are traced where tiles of the frame before are kept: nobody knows it before, and
+/// from a ball that crosses a scene to a crowd in it it goes from a tenth to nearly all.
+const TRACED_OF_TILES: f64 = 0.5;
+/// The share of a frame's work that is left where its photons are there already.
+const TRACED_OF_PHOTONS: f64 = 0.6;
 
 /// Finds out what frames can take from each other. Frames that are done are not rendered, so nothing is kept of them.
 fn find_shared_work(frames: &mut [PlannedFrame]) {
@@ -256,28 +314,35 @@ fn find_shared_work(frames: &mut [PlannedFrame]) {
     }
 }
 
-/// The light mixes of the whole sequence, whatever part of it is wanted; none if no wanted frame could belong to one.
+/// The light mixes of all windows with wanted frames in them, whatever part of a window is wanted; none of windows of
+/// which no wanted frame could belong to one.
 fn light_mixes_of(
     shot: &Shot,
     wanted: &[u32],
     fingerprints: &[Result<Fingerprint, Diagnostics>],
     cancel: &AtomicBool,
-) -> LightMixes {
-    let known: FxHashMap<u32, &Fingerprint> = wanted
-        .iter()
-        .zip(fingerprints)
-        .filter_map(|(frame, fingerprint)| Some((*frame, fingerprint.as_ref().ok()?)))
-        .collect();
-    if shot.frames() < 2 || !known.values().any(|fingerprint| fingerprint.is_sum) {
-        return LightMixes::default();
+) -> FxHashMap<u32, LightMixes> {
+    let mut windows: BTreeMap<u32, FxHashMap<u32, &Fingerprint>> = BTreeMap::new();
+    for (frame, fingerprint) in wanted.iter().zip(fingerprints) {
+        if let Ok(fingerprint) = fingerprint {
+            windows.entry(window_of(*frame)).or_default().insert(*frame, fingerprint);
+        }
     }
-    let missing: Vec<u32> = (1..=shot.frames()).filter(|frame| !known.contains_key(frame)).collect();
-    let others: Vec<Fingerprint> = missing
-        .par_iter()
-        .filter(|_| !cancel.load(Ordering::Relaxed))
-        .filter_map(|frame| shot.input.fingerprint(*frame))
-        .collect();
-    light_mix::find(&shot.input.base, known.into_values().chain(&others))
+    if shot.frames() < 2 {
+        return FxHashMap::default();
+    }
+    windows.retain(|_, known| known.values().any(|fingerprint| fingerprint.is_sum));
+    let of_window = |(window, known): (u32, FxHashMap<u32, &Fingerprint>)| {
+        let frames = light_mix::frames_of(window, shot.frames());
+        let missing: Vec<u32> = frames.filter(|frame| !known.contains_key(frame)).collect();
+        let others: Vec<Fingerprint> = missing
+            .par_iter()
+            .filter(|_| !cancel.load(Ordering::Relaxed))
+            .filter_map(|frame| shot.input.fingerprint(*frame))
+            .collect();
+        (window, light_mix::find(&shot.input.base, known.into_values().chain(&others)))
+    };
+    windows.into_iter().map(of_window).collect()
 }
 
 /// Sees to it that every one of these frames can be rendered; gives them as data.

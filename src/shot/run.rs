@@ -1,5 +1,6 @@
 //! Rendering the frames of a plan that are not there yet, and writing them.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -8,6 +9,7 @@ use std::time::Instant;
 use rustc_hash::FxHashMap;
 
 use super::Shot;
+use super::bands::{self, BandedFrame, FrameSize};
 use super::plan::{Plan, PlannedFrame};
 use super::reuse::ReuseCache;
 pub use super::reuse::ReusePolicy;
@@ -17,7 +19,9 @@ use crate::base::{files, limits};
 use crate::components::Render;
 use crate::film::Film;
 use crate::output::manifest::Manifest;
-use crate::output::{self, FileState, Format, Metadata, Provenance, WriteFailure, frame_metadata};
+use crate::output::{
+    self, FileState, Format, Metadata, Provenance, WriteFailure, frame_metadata, provenance_metadata, with_whole,
+};
 use crate::systems::{self, FrameStats, PartialFrame};
 
 /// What happens while a shot is rendered.
@@ -33,7 +37,20 @@ pub enum Event {
     },
     /// A frame's file is whole.
     Written(Box<Report>),
+    /// A frame could not be rendered or written.
+    Failed(Box<FailedFrame>),
 }
+
+/// Frames that are to be made next.
+pub struct Batch<'a> {
+    /// The frames with what is there of them.
+    pub frames: Cow<'a, [PlannedFrame]>,
+    /// Files of frames elsewhere that are done, by what they show.
+    pub done: Vec<(Digest, PathBuf)>,
+}
+
+/// Gives the next frames to make; `None` if there are no more.
+pub type NextBatch<'a, 'plan> = &'a mut dyn FnMut() -> Result<Option<Batch<'plan>>, Diagnostics>;
 
 /// Where a frame's pixels are from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,10 +104,20 @@ pub type FailedFrame = (u32, Diagnostics);
 /// A rendered picture on its way to the files of all frames that show it.
 struct RenderedFrame {
     frames: Vec<(Provenance, PathBuf)>,
-    film: Film,
+    /// The hash of the whole frame, of a tile.
+    whole: Option<Digest>,
+    content: FrameContent,
     render: Render,
     stats: FrameStats,
     start: Instant,
+}
+
+/// A picture before it is written.
+enum FrameContent {
+    /// Means of samples.
+    Film(Box<Film>),
+    /// The file of the first of its frames: it was made in bands.
+    Encoded(Vec<u8>),
 }
 
 type Watch<'a> = &'a (dyn Fn(Event) + Sync);
@@ -108,49 +135,97 @@ pub fn run(
     cancel: &AtomicBool,
     watch: Watch,
 ) -> Result<RunOutcome, Diagnostics> {
+    let mut all = Some(Batch { frames: Cow::Borrowed(&plan.frames[..]), done: Vec::new() });
+    let ending = run_batches(shot, plan, &mut || Ok(all.take()), policy, cancel, watch)?;
+    if !ending.cancelled {
+        check_that_all_are_there(plan, &ending.failed)?;
+    }
+    Ok(ending)
+}
+
+/// As [`run`], of frames that are chosen while it goes on. Nothing is kept from one batch to the next.
+///
+/// # Errors
+/// As [`run`], and those of `next`.
+pub fn run_batches(
+    shot: &mut Shot,
+    plan: &Plan,
+    next: NextBatch,
+    policy: ReusePolicy,
+    cancel: &AtomicBool,
+    watch: Watch,
+) -> Result<RunOutcome, Diagnostics> {
     output::sweep(&plan.folder());
-    for planned in plan.frames.iter().filter(|planned| planned.state == FileState::Done) {
-        watch(report(planned, FrameSource::Cache, Instant::now()));
-    }
-    let source = shot.source.clone();
-    let (distinct, uncopied) = copy_what_is_done(plan, &source, watch)?;
-    if let Some(first) = distinct.first() {
-        output::probe(&first[0].file)?;
-    }
     let failed = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let (send, receive) = sync_channel::<RenderedFrame>(1);
         let writer = std::thread::Builder::new()
             .spawn_scoped(scope, || write_all(receive, plan.manifest.as_ref(), watch, &failed))
             .map_err(|e| Diagnostic::error(format!("cannot start the writer of frames: {e}")).because(Cause::Io))?;
-        let mut ending = RunOutcome { cancelled: false, failed: uncopied };
-        let mut reuse_cache = ReuseCache::new(policy);
-        for (index, frames) in distinct.iter().enumerate() {
-            match render_frame(shot, &distinct, index, &mut reuse_cache, cancel, watch) {
-                Ok(Some(rendered)) if !failed.load(Ordering::Relaxed) => {
-                    // The writer only hangs up after a failure, which it reports itself.
-                    let _ = send.send(rendered);
-                }
-                Ok(Some(_)) => break,
-                Ok(None) => {
-                    ending.cancelled = true;
-                    break;
-                }
-                Err(problems) => {
-                    reuse_cache.forget_tiles();
-                    ending.failed.extend(frames.iter().map(|planned| (planned.frame, problems.clone())));
-                }
+        let mut ending = RunOutcome::default();
+        let stopped = render_batches(shot, plan, next, policy, cancel, watch, &mut ending, &|rendered| {
+            // The writer only hangs up after a failure, which it reports itself.
+            let is_heard = !failed.load(Ordering::Relaxed);
+            if is_heard {
+                let _ = send.send(rendered);
             }
-        }
+            is_heard
+        });
         drop(send);
         let written = writer.join().unwrap_or_else(|_| Err(Diagnostic::error("the writer of frames failed")));
         ending.failed.extend(written.map_err(Diagnostics::from)?);
+        stopped?;
         ending.failed.sort_by_key(|(frame, _)| *frame);
-        if !ending.cancelled {
-            check_that_all_are_there(plan, &ending.failed)?;
-        }
         Ok(ending)
     })
+}
+
+/// Renders batch after batch and hands frames to the writer, until it does not listen.
+#[allow(clippy::too_many_arguments)] // The parts of one run, which are of no use together elsewhere.
+fn render_batches(
+    shot: &mut Shot,
+    plan: &Plan,
+    next: NextBatch,
+    policy: ReusePolicy,
+    cancel: &AtomicBool,
+    watch: Watch,
+    ending: &mut RunOutcome,
+    write: &dyn Fn(RenderedFrame) -> bool,
+) -> Result<(), Diagnostics> {
+    let source = shot.source.clone();
+    let fail = |ending: &mut RunOutcome, frame: u32, problems: &Diagnostics| {
+        ending.failed.push((frame, problems.clone()));
+        watch(Event::Failed(Box::new((frame, problems.clone()))));
+    };
+    while let Some(batch) = next()? {
+        for planned in batch.frames.iter().filter(|planned| planned.state == FileState::Done) {
+            watch(report(planned, FrameSource::Cache, Instant::now()));
+        }
+        let (distinct, uncopied) = copy_what_is_done(plan, &batch, &source, watch)?;
+        uncopied.iter().for_each(|(frame, problems)| fail(ending, *frame, problems));
+        if let Some(first) = distinct.first() {
+            output::probe(&first[0].file)?;
+        }
+        let mut reuse_cache = ReuseCache::new(policy);
+        for (index, frames) in distinct.iter().enumerate() {
+            match render_frame(shot, &distinct, index, &mut reuse_cache, cancel, watch) {
+                Ok(Some(rendered)) => {
+                    if !write(rendered) {
+                        return Ok(());
+                    }
+                }
+                Ok(None) => {
+                    ending.cancelled = true;
+                    return Ok(());
+                }
+                Err(problems) => {
+                    reuse_cache.forget_tiles();
+                    frames.iter().for_each(|planned| fail(ending, planned.frame, &problems));
+                }
+            }
+        }
+    }
+    Ok(())
 }
 
 /// A folder may be deleted while frames are written into it.
@@ -173,10 +248,17 @@ fn report(planned: &PlannedFrame, reused: FrameSource, start: Instant) -> Event 
 type LeftToRender<'a> = (Vec<Vec<&'a PlannedFrame>>, Vec<FailedFrame>);
 
 /// Writes the frames that are the same as one that is done; gives the others.
-fn copy_what_is_done<'a>(plan: &'a Plan, source: &str, watch: Watch) -> Result<LeftToRender<'a>, Diagnostic> {
-    let good = || plan.frames.iter().filter(|planned| planned.fingerprint.is_ok());
+fn copy_what_is_done<'a>(
+    plan: &Plan,
+    batch: &'a Batch,
+    source: &str,
+    watch: Watch,
+) -> Result<LeftToRender<'a>, Diagnostic> {
+    let good = || batch.frames.iter().filter(|planned| planned.fingerprint.is_ok());
     let done = good().filter(|planned| planned.state == FileState::Done);
-    let done: FxHashMap<Digest, &Path> = done.map(|planned| (planned.hash, planned.file.as_path())).collect();
+    let done = done.map(|planned| (planned.hash, planned.file.as_path()));
+    let elsewhere = batch.done.iter().map(|(hash, file)| (*hash, file.as_path()));
+    let done: FxHashMap<Digest, &Path> = done.chain(elsewhere).collect();
     let mut distinct: Vec<Vec<&PlannedFrame>> = Vec::new();
     let mut places: FxHashMap<Digest, usize> = FxHashMap::default();
     let mut failed = Vec::new();
@@ -218,6 +300,7 @@ fn render_frame(
     let start = Instant::now();
     let planned = run[index][0];
     let frames = run[index].iter().map(|planned| (planned.provenance(&shot.source), planned.file.clone())).collect();
+    let whole_frame = planned.whole;
     let fingerprint = planned.fingerprint.as_ref().map_err(Clone::clone)?;
     let mix = planned.light_mix.as_deref();
     let factors = mix.map(|mix| mix.factors(&shot.input.base, fingerprint)).unwrap_or_default();
@@ -225,19 +308,44 @@ fn render_frame(
     if let Some((mix, (film, render, stats))) = mixed {
         check_assets(shot)?;
         let render = mix.settings(&shot.input.base, fingerprint, &render);
-        return Ok(Some(RenderedFrame { frames, film, render, stats, start }));
+        let content = FrameContent::Film(film.into());
+        return Ok(Some(RenderedFrame { frames, whole: whole_frame, content, render, stats, start }));
     }
     let mut partial = PartialFrame::default();
     if let Some(mix) = mix {
         partial.light_groups = mix.light_groups.clone();
     }
-    reuse_cache.lend(shot, run, index, &mut partial);
     let frame = planned.frame;
     let progress = |done, total| watch(Event::Tiles { frame, done, total });
+    shot.stage.set_frames_left((run.len() - index) as u32);
+    let slices = shot.input.slices(frame)?;
+    let settings = bands::settings_of(&slices, &shot.input.settings).clone();
+    let size = bands::size_of_frame(&settings, factors.len() + 1);
+    if size != FrameSize::Huge {
+        reuse_cache.lend(shot, run, index, &mut partial);
+    }
+    // Where slices or photons are many, each band would have to make them again.
+    let is_at_one_go = mix.is_none() && slices.len() == 1 && settings.turns(1) == 1;
+    let in_bands = match size {
+        FrameSize::Usual => false,
+        FrameSize::Large => is_at_one_go && partial.tile_cache.is_none(),
+        FrameSize::Huge => true,
+    };
+    if in_bands {
+        let light_groups = std::mem::take(&mut partial.light_groups);
+        let (provenance, file) = (&planned.provenance(&shot.source), planned.file.as_path());
+        let banded =
+            BandedFrame { frame, slices, settings, light_groups, factors, provenance, whole: whole_frame, file };
+        let made = bands::render(shot, &banded, format_of(file)?, cancel, &progress)?;
+        check_assets(shot)?;
+        let rendered = made.map(|(bytes, stats)| {
+            let (content, render) = (FrameContent::Encoded(bytes), banded.settings.clone());
+            RenderedFrame { frames, whole: whole_frame, content, render, stats, start }
+        });
+        return Ok(rendered);
+    }
     let (mut render, mut whole) = (Render::default(), true);
     let Shot { stage, input, .. } = shot;
-    stage.set_frames_left((run.len() - index) as u32);
-    let slices = input.slices(frame)?;
     input.with_slices(stage, frame, slices, |stage, share| {
         super::files::load_all(stage)?;
         render = stage.settings();
@@ -255,7 +363,8 @@ fn render_frame(
     if let Some(mix) = mix {
         reuse_cache.keep_light_groups(mix, films, &render, stats.seed, &run[index + 1..]);
     }
-    Ok(Some(RenderedFrame { frames, film, render, stats, start }))
+    let content = FrameContent::Film(film.into());
+    Ok(Some(RenderedFrame { frames, whole: whole_frame, content, render, stats, start }))
 }
 
 fn check_assets(shot: &Shot) -> Result<(), Diagnostics> {
@@ -271,11 +380,16 @@ fn write_all(
     failed: &AtomicBool,
 ) -> Result<Vec<FailedFrame>, Diagnostic> {
     let mut unwritten = Vec::new();
-    for RenderedFrame { frames, film, render, stats, start } in pictures {
+    for RenderedFrame { frames, whole, content, render, stats, start } in pictures {
         let mut reused = FrameSource::None;
         for (provenance, file) in frames {
-            let metadata = frame_metadata(&provenance, stats.seed, &render);
-            let written = encode(&film, &render, &metadata, &file)
+            let metadata = with_whole(frame_metadata(&provenance, stats.seed, &render), whole);
+            let encoded = match &content {
+                FrameContent::Film(film) => encode(film, &render, &metadata, &file).map(Cow::Owned),
+                FrameContent::Encoded(bytes) if reused == FrameSource::None => Ok(Cow::Borrowed(bytes.as_slice())),
+                FrameContent::Encoded(bytes) => relabel(bytes, &provenance, &file).map(Cow::Owned),
+            };
+            let written = encoded
                 .map_err(|problem| WriteFailure { problem: problem.into(), is_general: false })
                 .and_then(|bytes| write(manifest, &provenance, &file, &bytes));
             match written {
@@ -285,7 +399,9 @@ fn write_all(
                     return Err(*failure.problem);
                 }
                 Err(failure) => {
-                    unwritten.push((provenance.frame, (*failure.problem).into()));
+                    let problems = Diagnostics::from(*failure.problem);
+                    unwritten.push((provenance.frame, problems.clone()));
+                    watch(Event::Failed(Box::new((provenance.frame, problems))));
                     continue;
                 }
             }
@@ -305,6 +421,15 @@ fn write_all(
 pub fn encode(film: &Film, render: &Render, metadata: &Metadata, file: &Path) -> Result<Vec<u8>, Diagnostic> {
     let failed = |why: String| Diagnostic::error(format!("cannot encode {}: {why}", file.display())).because(Cause::Io);
     (format_of(file)?.encode)(film, render, metadata).map_err(failed)
+}
+
+/// The file of another frame with the same pixels, made from the first one that was encoded.
+fn relabel(bytes: &[u8], provenance: &Provenance, file: &Path) -> Result<Vec<u8>, Diagnostic> {
+    let format = format_of(file)?;
+    let known = (format.read_header)(bytes).ok().map(|header| header.metadata);
+    let changed = provenance_metadata(provenance);
+    let relabelled = known.and_then(|known| (format.relabel)(bytes, &known, &changed));
+    relabelled.ok_or_else(|| Diagnostic::bug("a file that was just encoded cannot be read"))
 }
 
 /// Sees to it that a file can hold what the settings ask for.

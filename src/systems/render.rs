@@ -11,10 +11,10 @@ use super::lights::LightGroups;
 use super::stage::{DerivedCache, Stage};
 use super::static_camera::{CachedTile, StaticCameraCache};
 use super::tiles::TileGrid;
-use super::{accelerate, extract, hierarchy, lens, lights, textures};
+use super::{accelerate, extract, hierarchy, lens, lights, origin, textures};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::{Integrator, Render};
-use crate::film::{AccumulatorOptions, Film, FilterTable, PixelAccumulator, denoise};
+use crate::film::{AccumulatorOptions, Film, FilterTable, PixelAccumulator, PixelBounds, denoise};
 use crate::trace::counters::Counters;
 use crate::trace::integrator;
 use crate::trace::integrator::photon::{PhotonCache, PhotonPass, ProgressiveState};
@@ -22,7 +22,7 @@ use crate::trace::integrator::{Estimator, SampleSubset};
 use crate::trace::light::Lights;
 use crate::trace::light::environment::{Environment, EnvironmentMap};
 use crate::trace::simd::Width;
-use crate::trace::wavefront::{RenderContext, Settings, Worker};
+use crate::trace::wavefront::{RenderContext, Settings, Worker, any_has_holes};
 
 /// What one frame cost.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,6 +39,8 @@ pub struct FrameStats {
     pub build_seconds: f64,
     /// Time of tracing.
     pub render_seconds: f64,
+    /// Bands that the picture was made in, one after another; 0 if it was made at once.
+    pub bands: u32,
     /// Tiles of the picture.
     pub tiles: usize,
     /// Tiles that were kept whole from an earlier frame.
@@ -57,6 +59,21 @@ pub struct FrameStats {
     pub reuse_bytes: usize,
 }
 
+impl FrameStats {
+    /// Adds what the next band of the same frame cost.
+    pub fn add_band(&mut self, band: FrameStats) {
+        let FrameStats { counters, builds, build_seconds, render_seconds, tiles, photon_maps, .. } = band;
+        self.counters += counters;
+        self.builds += builds;
+        self.build_seconds += build_seconds;
+        self.render_seconds += render_seconds;
+        self.bands += 1;
+        self.tiles += tiles;
+        self.photon_maps += photon_maps;
+        (self.accel, self.seed, self.passes) = (band.accel, band.seed, band.passes);
+    }
+}
+
 /// A frame while its samples are traced: their sums, and what they cost so far.
 #[derive(Default)]
 pub struct PartialFrame {
@@ -64,6 +81,8 @@ pub struct PartialFrame {
     stats: FrameStats,
     /// Radii of photon searches, once the first pass has estimated them.
     guide: Option<ProgressiveState>,
+    /// The part of the frame that is traced, where it is made in bands: noise is not filtered out of one alone.
+    band: Option<PixelBounds>,
     /// The light groups that emitters are divided into.
     pub light_groups: LightGroups,
     /// Tiles that are kept over a window of frames, and the number of this frame in it.
@@ -88,6 +107,11 @@ struct FrameAccumulators {
 }
 
 impl PartialFrame {
+    /// A band of a frame of these light groups.
+    pub fn of_band(band: PixelBounds, light_groups: LightGroups) -> Self {
+        PartialFrame { band: Some(band), light_groups, ..PartialFrame::default() }
+    }
+
     /// Share of the samples that were traced, 0 to 1.
     pub fn share_traced(&self) -> f64 {
         1.0 - self.stats.share_kept
@@ -129,20 +153,42 @@ pub fn weighted_sum(first: &Film, others: &[Film], factors: &[Vec3]) -> Film {
 }
 
 impl FrameAccumulators {
-    fn new(settings: &Render, filter: &FilterTable, passes: usize) -> Self {
-        let grid = TileGrid::new(settings);
-        let options = AccumulatorOptions {
-            clamp: settings.clamp.map(|c| c as f32),
-            signed: filter.is_signed(),
-            moments: settings.gathers_moments(),
-            features: settings.gathers_features(),
-        };
+    fn new(settings: &Render, filter: &FilterTable, passes: usize, band: Option<PixelBounds>) -> Self {
+        let grid = band.map_or_else(|| TileGrid::new(settings), TileGrid::of_band);
+        let options = accumulator_options(settings, filter.is_signed());
         let accumulator =
             |i: usize| PixelAccumulator::new(grid.pixels(i / passes).len(), options_of(options, i % passes));
         let tiles = (0..grid.count() * passes).map(accumulator).collect();
-        FrameAccumulators { grid, options, denoise: settings.denoise, passes, tiles }
+        let denoise = settings.denoise && band.is_none();
+        FrameAccumulators { grid, options, denoise, passes, tiles }
     }
 }
+
+fn accumulator_options(settings: &Render, signed: bool) -> AccumulatorOptions {
+    AccumulatorOptions {
+        clamp: settings.clamp.map(|c| c as f32),
+        signed,
+        moments: settings.gathers_moments(),
+        features: settings.gathers_features(),
+    }
+}
+
+/// Bytes that a pixel takes while a frame of so many light groups is made at once: sums and means of its samples, the
+/// filter that takes out noise, and the values that are written.
+pub fn bytes_of_pixel(settings: &Render, light_groups: usize) -> u64 {
+    let options = accumulator_options(settings, false);
+    let group =
+        |pass| PixelAccumulator::new(1, options_of(options, pass)).bytes() as u64 + size_of::<[f32; 3]>() as u64;
+    let layers = if options.features { LAYER_BYTES } else { 0 } + if options.moments { 4 } else { 0 };
+    let denoise = if settings.denoise { DENOISE_BYTES } else { 0 };
+    // What is written is a copy of the layers and of one film.
+    (0..light_groups.max(1)).map(group).sum::<u64>() + 2 * (layers + 12) + denoise
+}
+
+/// Bytes of a pixel of all layers of a film.
+const LAYER_BYTES: u64 = 60;
+/// Bytes of a pixel in the filter that takes out noise: guides, light before and after a pass, and means of two values.
+const DENOISE_BYTES: u64 = 80;
 
 /// Renders the World as it stands, all samples at this one moment; `None` if `cancel` was raised.
 ///
@@ -185,11 +231,14 @@ pub fn render_samples(
     let mut settings = stage.settings();
     let environment_group = partial.light_groups.assign_environment(&mut settings);
     if partial.accumulators.is_none() {
-        partial.stats.seed = settings.seed.unwrap_or_else(|| lens::pose_seed(&stage.camera()));
+        let camera = lens::placed_camera(stage)?;
+        partial.stats.seed = settings.seed.unwrap_or_else(|| lens::pose_seed(&camera));
     }
     let resolved = Settings::new(&settings, partial.stats.seed);
     let environment = environment_of(stage, &settings, resolved.follows_paths())?;
-    let (accelerator, is_new) = accelerate::update(stage, share, &geometry);
+    let [_, [width, height]] = settings.pixel_bounds();
+    let of_picture = partial.band.map_or(1.0, |band| band.count() as f64 / (f64::from(width) * f64::from(height)));
+    let (accelerator, is_new) = accelerate::update(stage, share, of_picture, &geometry)?;
     partial.stats.builds += u32::from(is_new);
     let mut camera = lens::camera_rays(stage, settings.size)?;
     if !resolved.lens {
@@ -210,9 +259,11 @@ pub fn render_samples(
         lights: &lights,
         textures: &bindings,
         camera: &camera,
+        origin: origin::render_origin(stage).as_vec3(),
         motion: before.as_ref(),
         environment: environment.as_ref(),
         settings: &resolved,
+        holes: any_has_holes(&materials),
         lanes: Width::detect(),
         filter: &filter,
         width: settings.size[0],
@@ -220,10 +271,10 @@ pub fn render_samples(
         regions: None,
     };
     let built = Instant::now();
-    let PartialFrame { accumulators, stats, guide, tile_cache, photon_cache, tile_sink, .. } = partial;
+    let PartialFrame { accumulators, stats, guide, band, tile_cache, photon_cache, tile_sink, .. } = partial;
     let sink = tile_sink.as_deref().filter(|_| context.light_groups == 1);
     let accumulators =
-        accumulators.get_or_insert_with(|| FrameAccumulators::new(&settings, &filter, context.light_groups));
+        accumulators.get_or_insert_with(|| FrameAccumulators::new(&settings, &filter, context.light_groups, *band));
     let turns = settings.turns(share.of);
     for turn in 0..turns {
         let share = SampleSubset { index: share.index * turns + turn, of: share.of * turns };

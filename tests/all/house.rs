@@ -8,7 +8,7 @@ use std::process::Command;
 const FLOORS: &[&[&str]] = &[
     &["cli"],
     &["guide"],
-    &["preview"],
+    &["preview", "farm"],
     &["shot"],
     &["compare"],
     &["systems"],
@@ -33,11 +33,15 @@ const CRATES: &[(&str, &[&str])] = &[
     ("clap_complete", &["cli"]),
     ("clap_mangen", &["cli"]),
     ("ctrlc", &["cli"]),
+    ("rawzip", &["farm"]),
     ("axum", &["preview"]),
     ("tokio", &["preview"]),
     ("notify", &["preview"]),
     ("getrandom", &["preview"]),
 ];
+
+/// Rooms that may ask what time it is: nothing in them reaches a picture.
+const CLOCKS: &[&str] = &["farm"];
 
 const LONGEST_FILE: usize = 500;
 
@@ -160,7 +164,8 @@ fn nothing_is_random_timed_or_printed_where_it_must_not_be() {
     for source in sources() {
         let prints = source.room == "cli";
         for (number, line) in source.code() {
-            let banned = random.iter().chain(&clocks).chain(&unfinished);
+            let timed: &[&str] = if CLOCKS.contains(&source.room.as_str()) { &[] } else { &clocks };
+            let banned = random.iter().chain(timed).chain(&unfinished);
             let banned = banned.chain(printing.iter().filter(|_| !prints));
             for word in banned.filter(|word| line.contains(**word)) {
                 problems.push(format!("{}:{number}: {word}", source.path.display()));

@@ -11,6 +11,7 @@ use super::render::{self, RenderArguments};
 use super::{Exit, frames, say, usage};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::base::rate::Rate;
+use crate::farm::archive::is_archive;
 use crate::output::film::{Reel, ffmpeg_available};
 use crate::output::{self, FilmFormat};
 use crate::shot::Shot;
@@ -43,7 +44,7 @@ pub struct FilmArguments {
 pub fn run(arguments: &FilmArguments) -> Result<Exit, Diagnostics> {
     let FilmArguments { rendering, options } = arguments;
     let input = &rendering.wanted.input.input;
-    if input.is_dir() || Reel::is_pattern(input) {
+    if !is_archive(input) && (input.is_dir() || Reel::is_pattern(input)) {
         return from_frames(rendering, options, input);
     }
     render(rendering, options)
@@ -102,9 +103,16 @@ pub fn render(rendering: &RenderArguments, options: &FilmOptionArguments) -> Res
     if rendering.wanted.shard.is_some() {
         return Err(usage("--shard: a film needs all of its frames; render the parts, then film their folder"));
     }
+    if rendering.is_tile() {
+        return Err(usage("--tiles: a film is made of whole frames"));
+    }
+    if rendering.claims {
+        return Err(usage("--claims: a film needs all of its frames; render them together, then film their folder"));
+    }
     render::on_threads(rendering.threads, || {
         let cancel = render::on_interrupt()?;
         let (mut shot, plan) = render::plan_into(&rendering.wanted, options.frames_in.as_deref(), &cancel)?;
+        rendering.expect.as_ref().map_or(Ok(()), |expected| render::expect_plan(expected, &plan))?;
         let files = planned_files(&shot, &plan)?;
         let rate = rate_of(&shot, &files, options)?;
         let job = Job::new(film, format, options, rate, files)?;

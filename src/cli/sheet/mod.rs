@@ -12,6 +12,7 @@ use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::base::digest::{Digest, Hasher};
 use crate::base::rate::Rate;
 use crate::base::{files, limits};
+use crate::farm::archive::is_archive;
 use crate::output::film::{FilmFrame, Reel};
 use crate::output::sheet::{SheetLayout, SheetTile, draw_sheet};
 use crate::output::{self, Format, Metadata, encode_rgb8};
@@ -116,7 +117,7 @@ fn name_of(input: &Path) -> String {
 /// Sees to it that all pictures are there; an exit code if some cannot be.
 fn shown(arguments: &SheetArguments) -> Result<Result<Vec<Shown>, Exit>, Diagnostics> {
     let [input] = &arguments.inputs[..] else { return several(arguments) };
-    let is_reel = input.is_dir() || Reel::is_pattern(input);
+    let is_reel = !is_archive(input) && (input.is_dir() || Reel::is_pattern(input));
     if !arguments.sweeps.is_empty() {
         return if is_reel {
             Err(usage("--sweep: finished frames have no parameters"))

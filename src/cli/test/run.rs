@@ -139,7 +139,7 @@ impl Tester<'_> {
             overrides,
             access: self.arguments.access.access(),
             evaluation: evaluation()?,
-            keep_scene: false,
+            ..OpenOptions::default()
         };
         let (shot, warnings) = shot::open_with(&self.entry.script, options)?;
         say(&warnings);
@@ -167,6 +167,7 @@ impl Tester<'_> {
         let watch = |event: Event| match event {
             Event::Tiles { frame, done, total } => progress.tiles(frame, done, total),
             Event::Written(report) => progress.written(report.frame, &report.file.to_string_lossy()),
+            Event::Failed(_) => {}
         };
         let policy = ReusePolicy { reuse: true, memory: limits::REUSE_MEMORY };
         let outcome = run::run(shot, plan, policy, self.cancel, &watch);

@@ -4,8 +4,9 @@ use glam::Vec3;
 
 use super::photon::PhotonPass;
 use super::{path, photon, whitted};
-use crate::components::Integrator;
+use crate::components::{Integrator, Model};
 use crate::trace::counters::Counters;
+use crate::trace::material::{HoleCoverage, ShadingParams};
 use crate::trace::primitive::Tag;
 use crate::trace::sampler::{SampleSet, power_heuristic};
 use crate::trace::simd::LANES;
@@ -13,7 +14,7 @@ use crate::trace::soa::Hit;
 use crate::trace::wavefront::{
     BlinnPhongKernel, ClassifyKernel, EmissionFilter, LambertKernel, NO_MEDIUM, PathState, RenderContext, ShadingInput,
     ShadowRayQueue, SurfaceInteraction, WavefrontBuffers, Worker, accumulator_slot, first_hit_feature, is_blinn_phong,
-    trace_shadow_rays,
+    pass_holes, trace_shadow_rays,
 };
 
 /// Bins of shadow rays for lights that are chosen among: those to one light run alike.
@@ -39,7 +40,7 @@ pub fn trace(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBu
         if buffers.wave.rays().is_empty() {
             return;
         }
-        find(context, buffers, worker);
+        find(context, samples, buffers, worker);
         if depth == 1 {
             worker.traversal.counters.primary_hits += buffers.hits.found_count();
         }
@@ -52,9 +53,10 @@ pub fn trace(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBu
     }
 }
 
-fn find(context: RenderContext, buffers: &mut WavefrontBuffers, worker: &mut Worker) {
+fn find(context: RenderContext, samples: SampleSet, buffers: &mut WavefrontBuffers, worker: &mut Worker) {
     let WavefrontBuffers { wave, hits, .. } = buffers;
     context.accelerator.closest_all(context.geometry, wave.rays(), &mut worker.traversal, hits);
+    pass_holes(context, wave, hits, |sample| *samples.sampler(sample), worker);
     if let Some(regions) = context.regions {
         let ended = |(i, hit): (usize, Option<Hit>)| {
             let (ray, state) = wave.get(i);
@@ -159,12 +161,17 @@ fn shade_alone(
         // Photons come from the lights that are sampled.
         if state.emission_filter != EmissionFilter::NonPhoton || asked == 0.0 {
             let place = accumulator_slot(state.sample, material.group);
-            colors[place as usize] += state.throughput * (material.emission * power_heuristic(state.pdf, asked));
+            let shown = material.emission * split_cover(context, material);
+            colors[place as usize] += state.throughput * (shown * power_heuristic(state.pdf, asked));
         }
+    }
+    if material.model == Model::Unlit && state.pdf == 0.0 && state.emission_filter != EmissionFilter::NonPhoton {
+        let shown = material.diffuse * split_cover(context, material);
+        colors[accumulator_slot(state.sample, 0) as usize] += state.throughput * shown;
     }
     let front = ray.direction.dot(surface.geometric_normal) < 0.0;
     let surface = if front { surface } else { surface.flipped() };
-    let met = SurfaceInteraction { direction: ray.direction, state, surface, material, front, sampler };
+    let met = SurfaceInteraction { direction: ray.direction, state, surface, material, hit: *hit, front, sampler };
     if context.settings.features && depth == 1 {
         features[state.sample as usize] = Some(first_hit_feature(context, &met));
     }
@@ -176,6 +183,12 @@ fn shade_alone(
     } else {
         whitted::shade(context, &met, depth == context.settings.max_depth, shadows, next, counters);
     }
+}
+
+/// How much of a surface is there for a ray that has met it and is followed both ways: elsewhere chance has decided.
+fn split_cover(context: RenderContext, material: &ShadingParams) -> f32 {
+    let is_split = context.settings.integrator == Integrator::Whitted && material.coverage == HoleCoverage::Partial;
+    if is_split { material.opacity } else { 1.0 }
 }
 
 /// What a ray sees that leaves the scene, by its weight. Where the environment was sampled too, both look at the same

@@ -12,7 +12,7 @@ pub fn first_hit_feature(context: RenderContext, met: &SurfaceInteraction) -> Fe
     let (point, entity) = (met.surface.point, met.surface.entity);
     Feature {
         depth: context.camera.depth(point),
-        point,
+        point: point + context.origin,
         normal: met.surface.shading_normal,
         albedo: albedo(met.material),
         motion: context.motion.map_or(Vec2::ZERO, |motion| motion.motion(context.camera, point, entity)),

@@ -15,7 +15,7 @@ use crate::trace::material::bsdf::Bsdf;
 use crate::trace::material::texture::RayCone;
 use crate::trace::sampler::{Sampler, sobol};
 use crate::trace::soa::{Hit, Hits, Ray};
-use crate::trace::wavefront::{NO_MEDIUM, PathState, RayQueue, RenderContext, SurfaceInteraction, Worker};
+use crate::trace::wavefront::{NO_MEDIUM, PathState, RayQueue, RenderContext, SurfaceInteraction, Worker, pass_holes};
 
 /// Photons that are on their way together.
 const CHUNK: u32 = 4096;
@@ -93,6 +93,9 @@ impl<'a> PhotonTracer<'a> {
             let under_way = self.wave.rays().len();
             worker.traversal.counters.photon_rays += under_way as u64;
             context.accelerator.closest_all(context.geometry, self.wave.rays(), &mut worker.traversal, &mut self.hits);
+            let key = self.key;
+            let sampler = |sample: u32| Sampler::new(key, photons.start + sample, 1);
+            pass_holes(context, &self.wave, &mut self.hits, sampler, worker);
             for i in 0..under_way {
                 if let Some(hit) = self.hits.get(i) {
                     let (ray, state) = self.wave.get(i);
@@ -146,7 +149,7 @@ impl<'a> PhotonTracer<'a> {
         let front = ray.direction.dot(surface.geometric_normal) < 0.0;
         let surface = if front { surface } else { surface.flipped() };
         let sampler = Sampler::new(self.key, first + state.sample, 1);
-        let met = SurfaceInteraction { direction: ray.direction, state, surface, material, front, sampler };
+        let met = SurfaceInteraction { direction: ray.direction, state, surface, material, hit: *hit, front, sampler };
         let bsdf = Bsdf::new(material, front, context.settings.fresnel, TransportMode::Power);
         let (frame, wo) = met.frame();
         if rays > 1 && bsdf.is_diffuse() {
@@ -163,7 +166,7 @@ impl<'a> PhotonTracer<'a> {
             return None;
         }
         // Rays of photons are counted as such alone.
-        let (onward, mut state) = path::scatter(&met, &bsdf, &frame, wo, rays, &mut Counters::default())?;
+        let (onward, mut state) = path::scatter(context, &met, &bsdf, &frame, wo, rays, &mut Counters::default())?;
         self.scattered[photon] |= state.pdf > 0.0;
         // Light that is followed from the other end: smooth normals are not symmetric (Veach 1997, section 5.3.2).
         let [(true_in, smooth_in), (true_out, smooth_out)] =

@@ -25,6 +25,16 @@ impl Conductor {
         Conductor { facets: Microfacets { alpha: m.alpha }, f0: index.map_or(m.diffuse, straight), index }
     }
 
+    /// A metal that reflects this colour straight on.
+    pub fn with_color(f0: Vec3, alpha: f32) -> Self {
+        Conductor { facets: Microfacets { alpha }, f0, index: None }
+    }
+
+    /// What the polished metal mirrors.
+    pub fn mirrors(&self, cosine: f32) -> Vec3 {
+        self.reflectance(cosine)
+    }
+
     pub fn is_smooth(&self) -> bool {
         self.facets.is_smooth()
     }

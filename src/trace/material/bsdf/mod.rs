@@ -15,10 +15,12 @@ mod dielectric;
 mod microfacet;
 mod models;
 mod plastic;
+mod principled;
 mod tables;
 
 pub use bsdf_sample::BsdfSample;
 pub use models::Bsdf;
+pub use principled::Principled;
 
 #[cfg(test)]
 mod tests;

@@ -17,7 +17,21 @@ fn bsdf(material: &Material, front: bool) -> Bsdf {
 }
 
 fn white(model: Model, roughness: f64) -> Material {
-    Material { model, roughness, color: DVec3::ONE, ior: 1.5, ..Material::default() }
+    Material { model, roughness, color: DVec3::ONE, ior: Some(1.5), ..Material::default() }
+}
+
+/// White surfaces that are metal, plastic, glass and mixtures of these.
+fn principled(roughness: f64) -> [(&'static str, Material); 7] {
+    let base = white(Model::Principled, roughness);
+    [
+        ("plastic", base.clone()),
+        ("metal", Material { metallic: 1.0, ..base.clone() }),
+        ("half metal", Material { metallic: 0.5, ..base.clone() }),
+        ("bare", Material { reflection: Some(0.0), ..base.clone() }),
+        ("glass", Material { transmission: 1.0, ..base.clone() }),
+        ("thin glass", Material { transmission: 1.0, thin: true, ..base.clone() }),
+        ("mixed", Material { metallic: 0.3, transmission: 0.6, ..base }),
+    ]
 }
 
 fn shiny(gloss: f64) -> Material {
@@ -35,9 +49,16 @@ fn all() -> Vec<(String, Bsdf)> {
             found.push((front, bsdf(&white(model, roughness), true)));
         }
     }
+    for roughness in ROUGHNESS {
+        for (kind, material) in principled(roughness) {
+            for front in [true, false] {
+                found.push((format!("Principled {kind} {roughness} {front}"), bsdf(&material, front)));
+            }
+        }
+    }
     for gloss in [0.0, 0.2, 1.0] {
         found.push((format!("BlinnPhong {gloss}"), bsdf(&shiny(gloss), true)));
-        let glass = Material { transmission: 0.8, ior: 1.5, ..shiny(gloss) };
+        let glass = Material { transmission: 0.8, ior: Some(1.5), ..shiny(gloss) };
         found.push((format!("BlinnPhong glass {gloss}"), bsdf(&glass, true)));
         found.push((format!("BlinnPhong glass {gloss} back"), bsdf(&glass, false)));
     }
@@ -77,6 +98,17 @@ fn white_surfaces_give_back_what_arrives() {
             }
         }
     }
+    for roughness in ROUGHNESS {
+        for (kind, material) in principled(roughness) {
+            for (front, cosine) in [true, false].into_iter().flat_map(|front| COSINES.map(|cosine| (front, cosine))) {
+                let found = albedo(&bsdf(&material, front), viewer(cosine)).x;
+                let tolerance = if cosine < 0.1 { 0.06 } else { 0.03 };
+                if (found - 1.0).abs() > tolerance {
+                    wrong.push(format!("Principled {kind} {roughness} {front} {cosine}: {found}"));
+                }
+            }
+        }
+    }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
@@ -99,7 +131,11 @@ fn no_conserving_surface_gives_back_more() {
 fn light_goes_both_ways_alike() {
     let pairs = [(0.9, 0.3), (0.5, 0.5), (0.1, 0.7), (0.02, 0.4)];
     for (name, b) in all() {
-        if name.starts_with("Dielectric") || name.starts_with("BlinnPhong") {
+        if name.starts_with("Dielectric")
+            || name.starts_with("BlinnPhong")
+            || name.contains("glass")
+            || name.contains("mixed")
+        {
             continue;
         }
         for (o, i) in pairs {
