@@ -89,7 +89,13 @@ impl Record for Asset {
         Err(FieldError::Mismatch(Mismatch { message, help: Some("write the asset in the scene".into()) }))
     }
     fn probe(&self, field: &str, value: &Value) -> Result<(), FieldError> {
-        super::record::probe(self.clone(), field, value)
+        let shape = match field {
+            "file" => Text::from_value(value).map(drop),
+            "scene" => Option::<Text>::from_value(value).map(drop),
+            "without" => Vec::<Text>::from_value(value).map(drop),
+            _ => return Err(FieldError::Unknown { known: Self::FIELDS }),
+        };
+        shape.map_err(FieldError::Mismatch)
     }
     fn docs(&self) -> &'static str {
         "A file that holds entities: glTF (`.gltf`, `.glb`), OBJ with its groups, or AFF. Each of its nodes is an entity \

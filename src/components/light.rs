@@ -54,6 +54,7 @@ record! {
         /// Degrees from the middle, 0 to `outer_angle`, up to where it is as bright as in the middle. From there on it
         /// fades with the square of the cosine's share.
         pub inner_angle: f64 = 30.0,
+        /// How it weakens with distance.
         pub falloff: Falloff = Falloff::Constant,
     }
 }

@@ -392,9 +392,14 @@ impl EntityHandle {
         }
         match property {
             "name" => return complain("an entity's name cannot be changed", None),
-            _ if world::PROPERTIES.contains(&property) => {
-                let help = "set `translation`, `rotation` and `scale`, which are relative to the parent".to_string();
-                return complain(format!("`{property}` of {} is only read", self.label()), Some(help));
+            _ if property == "clips" || world::PROPERTIES.contains(&property) => {
+                // What was read comes back unchanged from a method that was called on it.
+                if to_value(&self.get(property)?) == to_value(&value) {
+                    return Ok(());
+                }
+                let help = "set `translation`, `rotation` and `scale`, which are relative to the parent";
+                let help = (property != "clips").then(|| help.to_string());
+                return complain(format!("`{property}` of {} is only read", self.label()), help);
             }
             "tags" => {
                 let value = to_value(&value).unwrap_or(Value::Unit);

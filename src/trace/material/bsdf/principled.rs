@@ -284,24 +284,26 @@ impl Principled {
             return self.polished_sample(wo, rest, 1.0 - diffuse);
         }
         let of_rest = |chance: f32| chance / (1.0 - diffuse).max(1e-9);
+        // A facet may send light to the wrong side, which is lost; the factor that `kept` gives has it back. Taken as light
+        // of the other way, it would be counted twice.
+        let above = |wi: Vec3| (wi.z > 0.0).then_some(wi);
         let wi = if rest < of_rest(metal) {
             let own = (rest / of_rest(metal)).min(1.0 - f32::EPSILON / 2.0);
             self.metal.sample(wo, u, own)?.wi
         } else if rest < of_rest(metal + surface) {
-            mirrored(wo, self.facets.sample(wo, u))
+            above(mirrored(wo, self.facets.sample(wo, u)))?
         } else {
             let own = ((rest - of_rest(metal + surface)) / of_rest(glass).max(1e-9)).clamp(0.0, 1.0);
             let h = self.facets.sample(wo, u);
             if own < self.mirror_chance(wo.dot(h)) {
-                mirrored(wo, h)
+                above(mirrored(wo, h))?
             } else if self.thin {
-                let wi = mirrored(wo, h);
+                let wi = above(mirrored(wo, h))?;
                 Vec3::new(wi.x, wi.y, -wi.z)
             } else {
-                behind(wo, h, self.eta)?
+                behind(wo, h, self.eta).filter(|wi| wi.z < 0.0)?
             }
         };
-        // Facets may send light to the wrong side; what they lose there is in the factor that gives it back.
         weighed(wi, self.eval(wo, wi), self.pdf(wo, wi))
     }
 
