@@ -4,8 +4,8 @@
 # A PATH parameter with an absolute default, or one that leads up with `..`: one would expect `openjd check`, which
 # validates templates, to say what `openjd run` will refuse.
 #
-# `check` passes both. `run` refuses the absolute one ("Default paths must be relative") even before a value given with
-# `-p` could replace it or not; the same job runs with a template without the default and `-p Input=/absolute/path`.
+# `check` passes both, and `run` refuses both ("Default paths must be relative"), unless a value is given with `-p`: only
+# then the default is not looked at. A template without a default says at once what has to be given.
 set -uo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

@@ -328,6 +328,7 @@ const MEANINGS: &[Synonym] = &[
         &["max_depth", "bit_depth"],
         "",
     ),
+    meaning(&["adcbailout", "minimportance", "raythreshold", "cutoff", "minthroughput"], &["min_weight"], ""),
     meaning(&["ev", "gain", "exposurevalue", "stops"], &["exposure"], "stops"),
     meaning(&["tonemap", "tonemapping", "tonemapper", "viewtransform", "look"], &["tone_map"], ""),
     meaning(&["reconstruction", "pixelfilter", "reconstructionfilter"], &["filter"], ""),

@@ -10,6 +10,7 @@ mod farm;
 mod film;
 mod frames;
 mod guide;
+mod lanes;
 mod merge;
 mod pack;
 mod pictures;
@@ -297,7 +298,7 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         memory::set_budget(bytes);
     }
     let threads = threads::start(parsed.command.threads());
-    let outcome = threads.and_then(|()| match parsed.command {
+    let outcome = threads.and_then(|()| lanes::start()).and_then(|()| match parsed.command {
         Command::Render(arguments) => render::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Plan(arguments) => plan::run(&arguments),

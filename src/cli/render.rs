@@ -22,6 +22,7 @@ use crate::output::{FileState, FilmFormat, names};
 use crate::shot::plan::Plan;
 use crate::shot::run::{self, Event, FrameSource, Report, ReusePolicy};
 use crate::shot::{self, Shot};
+use crate::trace::simd::Width;
 
 /// Which frames, how they look, and where they go: what decides the plan.
 #[derive(Clone, clap::Args)]
@@ -380,6 +381,7 @@ fn stats(report: &Report) -> serde_json::Value {
         "steps": c.steps,
         "accel": s.accel,
         "bands": s.bands,
+        "simd": Width::detect().name(),
         "builds": s.builds,
         "tiles": s.tiles,
         "tiles_kept": s.tiles_kept,

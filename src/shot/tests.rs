@@ -244,6 +244,27 @@ fn shards_are_the_whole_in_order_and_cost_about_the_same() {
     }
 }
 
+/// A lamp that grows brighter all the time: what it is a sum of depends on the window of 64 frames alone.
+#[test]
+fn one_frame_of_a_long_script_costs_the_evaluation_of_its_window() {
+    let script = "animation(#{ frames: 150 });\n\
+                  fn setup(s) { s.spawn(#{ name: \"key\", point_light: #{} }); s.spawn(#{ sphere: #{} }); }\n\
+                  fn frame(s, f) { print(\"seen\"); s.get(\"key\").color = [0.01 * f.number, 0.1, 0.1]; }";
+    let (_folder, mut all) = shot(script);
+    let whole = planned(&mut all);
+    let unit = |planned: &plan::PlannedFrame| planned.light_mix.as_ref().unwrap().light_groups.emitters[0].1;
+    assert_eq!([1, 64, 65, 128, 129].map(|frame: usize| unit(&whole.frames[frame - 1])), [1.0, 1.0, 2.0, 2.0, 2.0]);
+    for (frame, window) in [(3, "1-64"), (100, "65-128"), (150, "129-150")] {
+        let (_folder, mut shot) = shot(script);
+        let target = Target::Pattern { before: "nowhere/s.".into(), digits: 4, after: ".png".into() };
+        let plan = plan::make(&mut shot, &[frame], target).unwrap();
+        assert_eq!(plan.frames[0].hash, whole.frames[frame as usize - 1].hash);
+        let said = shot.take_printed().join("\n");
+        assert!(said.contains(&format!("frames {window}")) || said.contains(window), "{said}");
+        assert!(!said.contains("1-150"), "{said}");
+    }
+}
+
 #[test]
 fn a_panic_loses_its_own_frame_only() {
     let (_folder, mut shot) = shot("animation(#{ frames: 3 });\nfn frame(s, f) { s.camera.fov = 9 + f.number; }");

@@ -148,6 +148,10 @@ fn follow(
             }
         }
     }
+    let shown = if sampled.specular { 1.0 } else { surface.terminator(direction) };
+    if !shows(context, met, sampled.weight * shown) {
+        return;
+    }
     let (node, medium) = if sampled.transmitted {
         counters.refraction_rays += 1;
         (state.node.refracted(), met.medium_behind())
@@ -156,7 +160,6 @@ fn follow(
         (state.node.reflected(), state.medium)
     };
     let ray = Ray::new(start.unwrap_or_else(|| surface.offset_origin(direction)), direction);
-    let shown = if sampled.specular { 1.0 } else { surface.terminator(direction) };
     let onward = state.onward(node, sampled.weight * shown);
     next.push(ray, PathState { pdf: sampled.pdf, medium, cone: state.scattered_cone(sampled.pdf), ..onward });
 }
@@ -284,19 +287,34 @@ fn blinn_phong(met: &SurfaceInteraction, direction: Vec3, cosine: f32) -> Vec3 {
     color
 }
 
+/// Whether the ray that a hit gives rise to stands for enough of the picture to be followed.
+fn shows(context: RenderContext, met: &SurfaceInteraction, weight: Vec3) -> bool {
+    let least = context.settings.min_weight;
+    least == 0.0 || (met.state.throughput * weight).max_element() >= least
+}
+
 /// Adds the rays that a hit gives rise to.
 fn spawn(context: RenderContext, met: &SurfaceInteraction, next: &mut RayQueue, counters: &mut Counters) {
     let material = met.material;
     if material.transmission > 0.0 {
         dielectric(context, met, next, counters);
     } else if material.reflection > 0.0 {
-        counters.reflection_rays += 1;
-        mirrored(context, met, material.mirror_color * material.reflection, next);
+        mirrored(context, met, material.mirror_color * material.reflection, next, counters);
     }
 }
 
 /// Adds the ray that shows what a mirror shows.
-fn mirrored(context: RenderContext, met: &SurfaceInteraction, weight: Vec3, next: &mut RayQueue) {
+fn mirrored(
+    context: RenderContext,
+    met: &SurfaceInteraction,
+    weight: Vec3,
+    next: &mut RayQueue,
+    counters: &mut Counters,
+) {
+    if !shows(context, met, weight) {
+        return;
+    }
+    counters.reflection_rays += 1;
     let SurfaceInteraction { state, surface, material, .. } = met;
     let node = state.node.reflected();
     let mut direction = reflect(met.direction, surface.shading_normal);
@@ -352,10 +370,9 @@ fn division(context: RenderContext, met: &SurfaceInteraction) -> (Option<Vec3>, 
 fn dielectric(context: RenderContext, met: &SurfaceInteraction, next: &mut RayQueue, counters: &mut Counters) {
     let (refracted, reflected, through) = division(context, met);
     if reflected > 0.0 {
-        counters.reflection_rays += 1;
-        mirrored(context, met, met.material.mirror_color * reflected, next);
+        mirrored(context, met, met.material.mirror_color * reflected, next, counters);
     }
-    if let Some(direction) = refracted {
+    if let Some(direction) = refracted.filter(|_| shows(context, met, Vec3::splat(through))) {
         counters.refraction_rays += 1;
         transmitted(met, direction, Vec3::splat(through), next);
     }

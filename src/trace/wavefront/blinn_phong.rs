@@ -165,6 +165,11 @@ impl BlinnPhongKernel<'_> {
             mirroring |= 1 << i;
             set_lane(&mut weight, i, material(i).mirror_color * material(i).reflection);
         }
+        let (weight, least) = (V3::load(&weight), self.met.context.settings.min_weight);
+        if least > 0.0 {
+            // Fainter rays are not followed.
+            mirroring &= L::bits(L::splat(least).le((group.states.throughput * weight).max_element()));
+        }
         if mirroring == 0 {
             return;
         }
@@ -176,7 +181,7 @@ impl BlinnPhongKernel<'_> {
         let height = direction.dot(points.geometric_normal);
         let risen = direction - points.geometric_normal.scale(two * height);
         direction = V3::select(height.lt(L::splat(0.0)), risen, direction);
-        let throughput = group.states.throughput * V3::load(&weight);
+        let throughput = group.states.throughput * weight;
         let states = PathStateLanes { throughput, pdf: L::splat(0.0), ..group.states };
         let states = states.at(&group.samples.onward(RayNode::reflected));
         self.next.compress_store(mirroring, points.offset_origin(direction), direction, &states);

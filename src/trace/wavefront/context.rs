@@ -37,6 +37,8 @@ pub struct Settings {
     /// Whether the film wants to know what the camera's rays meet first.
     pub features: bool,
     pub max_depth: u32,
+    /// Least weight of mirrored and refracted rays where all of them are followed; 0 for no least one.
+    pub min_weight: f32,
     pub light_sampling: LightSampling,
     pub gloss: bool,
     pub lens: bool,
@@ -72,6 +74,7 @@ impl Settings {
             noise: render.noise_threshold.map(|threshold| Noise { threshold, exposure: render.exposure }),
             features: render.gathers_features(),
             max_depth: render.max_depth,
+            min_weight: render.min_weight as f32,
             light_sampling,
             gloss: distribution,
             lens: distribution,
