@@ -28,12 +28,15 @@ fn frames_that_do_not_fit_are_made_in_bands_to_the_same_bytes() {
     sandbox.write("lights.rhai", script("s.get(\"key\").color = [f.number, 1, 1];"));
     sandbox.write(
         "blur.rhai",
-        script("s.render.integrator = \"Path\"; s.render.samples = 4; s.render.max_depth = 2; s.camera.shutter = [0, 0.5]; s.get(\"hero\").translation.x = f.t;"),
+        script("s.render.samples = 4; s.render.max_depth = 2; s.camera.shutter = [0, 0.5]; s.get(\"hero\").translation.x = f.t;"),
     );
     for (name, look) in [
         ("twins", "--size 220x210 --denoise -o OUT/f.####.exr --aovs depth,normal,albedo,position,motion"),
-        ("lights", "--size 200x180 --denoise -o OUT/f.####.png"),
-        ("blur", "--size 240x170 --region 3,5,200,160 -o OUT/f.####.exr --frames 2 --aovs depth,normal,position"),
+        ("lights", "--size 420x360 -o OUT/f.####.png"),
+        (
+            "blur",
+            "--size 260x200 --region 3,5,250,190 --denoise -o OUT/f.####.exr --frames 2 --aovs depth,normal,position",
+        ),
     ] {
         let run = |out: &str, more: &str| {
             let look = look.replace("OUT", &format!("{name}-{out}"));
@@ -67,5 +70,5 @@ fn many_primitives_are_refused_before_anything_is_built_over_them() {
     let mut scene = String::from("(render: (size: (8, 8), samples: 1), entities: [");
     (0..60_000).for_each(|i| scene.push_str(&format!("(sphere: (radius: 0.1{i})),")));
     sandbox.write("a.ron", scene + "])");
-    sandbox.anim("a.ron -o a.png --accel grid --memory 24").fails(3, &["60000 primitives", "--memory"]);
+    sandbox.anim("a.ron -o a.png --accel grid --memory 16").fails(3, &["60000 primitives", "--memory"]);
 }
