@@ -224,7 +224,7 @@ fn impossible_materials_are_refused_with_their_place() {
     for (material, words) in [
         ("model: Conductor, roughness: 1.5", "`roughness` must be from 0 to 1"),
         ("model: Lambert, color: (1.2, 1, 1)", "`color` must be at most 1"),
-        ("model: Plastic", "`ior` of a `Plastic` must be above 0 and not 1"),
+        ("model: Plastic, ior: 1.0", "`ior` of a `Plastic` must be above 0 and not 1"),
         ("model: Conductor, eta: (1, 1, 1)", "`eta` of a `Conductor` needs `k` beside it"),
         ("emission: (-1, 0, 0)", "`emission` must be at least 0"),
         ("model: Lambart", "Lambert"),
