@@ -7,7 +7,7 @@ use anim::base::codec::{Decoder, SharedTable};
 use anim::base::digest::Digest;
 use anim::base::project::{Access, Folder, Project};
 use anim::base::rate::Rate;
-use anim::components::{Component, Edit, Render, Scene};
+use anim::components::{Component, Edit, ImageCache, ImagePlane, Render, Scene};
 use anim::film::Film;
 use anim::load;
 use anim::output::formats::FORMATS;
