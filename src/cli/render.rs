@@ -17,6 +17,7 @@ use super::progress::{Mode, Progress};
 use super::{Exit, InputArguments, exit_code, film, frames, print, say, say_printed, usage};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::base::limits;
+#[cfg(feature = "preview")]
 use crate::base::project::Project;
 use crate::output::{FileState, FilmFormat, names};
 use crate::shot::plan::Plan;
@@ -172,6 +173,7 @@ pub fn plan_into(
 }
 
 /// As [`plan_into`], in a project that is known.
+#[cfg(feature = "preview")]
 pub fn plan_in(
     arguments: &FrameArguments,
     out: Option<&str>,
