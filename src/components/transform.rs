@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::record::ranges::position;
 use super::record::{Check, Invalid, record};
 use super::value::{FieldValue, Mismatch, Text, Value};
-use crate::base::math;
+use crate::base::{limits, math};
 
 record! {
     /// Translation, rotation and scale of an entity, relative to its parent or the world.
@@ -137,6 +137,23 @@ pub fn placement_below(above: DAffine3, transform: Option<&Transform>, motion: O
         matrix.translation += motion.at(time);
     }
     matrix
+}
+
+/// The map from an entity's local space to the world, where entities are numbers: `transform_of` and `motion_of` say what
+/// they carry, `find` who has a name. A circle of parents, which is refused elsewhere, ends somewhere.
+pub fn world_placement<'a>(
+    entity: usize,
+    transform_of: impl Fn(usize) -> Option<&'a Transform>,
+    motion_of: impl Fn(usize) -> Option<&'a Motion>,
+    find: impl Fn(&str) -> Option<usize>,
+    time: f64,
+) -> DAffine3 {
+    let parent = |index: &usize| transform_of(*index)?.parent.as_deref().and_then(&find);
+    let chain: Vec<usize> = std::iter::successors(Some(entity), parent).take(limits::HIERARCHY_DEPTH).collect();
+    chain
+        .into_iter()
+        .rev()
+        .fold(DAffine3::IDENTITY, |above, index| placement_below(above, transform_of(index), motion_of(index), time))
 }
 
 impl Check for Motion {

@@ -6,9 +6,8 @@ use rustc_hash::FxHashMap;
 use super::Shot;
 use super::fingerprint::Fingerprint;
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart};
-use crate::base::limits;
 use crate::components::shapes::world_bounds;
-use crate::components::transform::placement_below;
+use crate::components::transform::world_placement;
 use crate::components::*;
 
 /// Frames whose scenes are looked at, spread over the sequence: the first and the last are among them.
@@ -152,16 +151,14 @@ impl<'a> Placements<'a> {
         Placements { scene, by_name: scene.entities.iter().enumerate().filter_map(named).collect() }
     }
 
-    fn transform(&self, index: usize) -> Option<&'a Transform> {
-        self.scene.entities[index].get(Kind::Transform).and_then(Transform::of)
-    }
-
     fn of(&self, index: usize) -> DAffine3 {
-        let parent = |index: &usize| self.by_name.get(self.transform(*index)?.parent.as_deref()?).copied();
-        let chain: Vec<usize> = std::iter::successors(Some(index), parent).take(limits::HIERARCHY_DEPTH).collect();
-        chain.into_iter().rev().fold(DAffine3::IDENTITY, |above, index| {
-            let motion = self.scene.entities[index].get(Kind::Motion).and_then(Motion::of);
-            placement_below(above, self.transform(index), motion, 0.0)
-        })
+        let entities = &self.scene.entities;
+        world_placement(
+            index,
+            |index| entities[index].get(Kind::Transform).and_then(Transform::of),
+            |index| entities[index].get(Kind::Motion).and_then(Motion::of),
+            |name| self.by_name.get(name).copied(),
+            0.0,
+        )
     }
 }
