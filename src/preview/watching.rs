@@ -68,8 +68,7 @@ impl FileWatch {
                 event.paths.into_iter().for_each(|path| drop(of_system.send(Some(path))));
             }
         });
-        let (watched, stops) = (seen.clone(), Arc::downgrade(&seen));
-        drop(watched);
+        let stops = Arc::downgrade(&seen);
         let thread = std::thread::Builder::new().name("file watch".into());
         let started = thread.spawn(move || {
             let mut folders = WatchedFolders { watcher: watcher.ok(), known: BTreeSet::new() };
@@ -214,7 +213,7 @@ impl WatchedFolders {
 mod tests {
     use super::*;
 
-    /// What is heard within two seconds; nothing is as good as silence.
+    /// What is heard within three seconds; nothing is as good as silence.
     fn heard(events: &Receiver<Vec<PathBuf>>) -> Vec<String> {
         let found = events.recv_timeout(Duration::from_secs(3)).unwrap_or_default();
         found.iter().map(|path| path.file_name().unwrap().to_string_lossy().into_owned()).collect()
