@@ -56,8 +56,8 @@ use crate::shot::{self, OpenOptions, Overrides, Shot};
   anim scene.ron -o still.png                     one picture of a scene
   anim check scripts/*.rhai scenes/*.ron          find mistakes without rendering
 
-Exit codes: 0 done, 1 differences found, 2 usage, 3 the scene or script is wrong,
-4 some frames failed, 5 reading or writing failed, 130 interrupted."
+Exit codes: 0 done, 1 differences found, 2 usage, 3 the scene or script is wrong, \
+            4 some frames failed, 5 reading or writing failed, 130 interrupted."
 )]
 struct Arguments {
     /// Memory that the program may use; larger pictures are made in bands, and what cannot fit is refused [default:

@@ -20,8 +20,8 @@ use crate::preview::watching::FileWatch;
 
 #[derive(clap::Args)]
 #[command(
-    after_help = "Files are watched: the script and its modules, the scene, meshes, textures, data. What an edit did not
-touch is kept, as by `anim render`. Ends with Ctrl-C.
+    after_help = "Files are watched: the script and its modules, the scene, meshes, textures, data. What an edit did not \
+            touch is kept, as by `anim render`. Ends with Ctrl-C.
 
 Examples:
   anim watch show.rhai --frames 12            one frame, again after every edit
