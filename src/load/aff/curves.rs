@@ -46,7 +46,9 @@ pub fn positions(node: Text, property: TrackProperty, keys: &[CurveKey<DVec3>]) 
         let into = per_second(from * into[0] + to * into[1], key.time - before.time);
         let out = per_second(from * out[0] + to * out[1], behind.time - key.time);
         times.push(key.time as f32);
-        values.extend([into, key.value, out].iter().flat_map(|v| v.as_vec3().to_array()));
+        // Keys that nearly share a time have tangents steeper than `f32` can say; the curve ends at its keys all the same.
+        let most = DVec3::splat(f64::from(f32::MAX));
+        values.extend([into, key.value, out].iter().flat_map(|v| v.clamp(-most, most).as_vec3().to_array()));
     }
     Track { node, property, interpolation: KeyInterpolation::CubicSpline, times, values, width: 3 }
 }
@@ -142,6 +144,18 @@ mod tests {
         let biased: Vec<_> = plain.iter().map(|k| CurveKey { bias: 1.0, ..*k }).collect();
         // All of the difference before: 0 out of the first, 1 into the second.
         assert!((at(&biased, 1.5) - (0.5 - 0.125)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn keys_that_nearly_share_a_time_leave_every_place_finite() {
+        let times = [0.0, 1.0, 1.0 + 1e-7, 1.0 + 2e-7, 2.0];
+        let keys: Vec<_> =
+            times.iter().enumerate().map(|(i, t)| key(*t, DVec3::splat(3e38 * (i % 2) as f64))).collect();
+        let track = positions("n".into(), TrackProperty::Translation, &keys);
+        assert!(track.values.iter().all(|x| x.is_finite()), "{:?}", track.values);
+        for time in [0.9, 1.0, 1.0 + 5e-8, 1.0 + 1e-7, 1.5] {
+            assert!(track.at(time).iter().all(|x| x.is_finite()), "{time}");
+        }
     }
 
     #[test]

@@ -10,13 +10,13 @@ pub struct AffWord<'a> {
 }
 
 impl AffWord<'_> {
-    /// The number that the word is; none that is not finite.
+    /// The number that the word is; none that is not finite as `f32`, in which all that is read is kept.
     pub fn number(&self) -> Option<f64> {
         let first = *self.text.as_bytes().first()?;
         if !(first.is_ascii_digit() || matches!(first, b'-' | b'+' | b'.')) {
             return None;
         }
-        self.text.parse().ok().filter(|x: &f64| x.is_finite())
+        self.text.parse().ok().filter(|x: &f64| (*x as f32).is_finite())
     }
 
     /// The word as a message shows it.
