@@ -18,7 +18,7 @@
 //! | [`compare`] | image metrics (FLIP), golden frames, reports, the viewer of pictures for pages |
 //! | [`systems`] | plain functions over the hecs World: spawn animate hierarchy lights extract accelerate render |
 //! | [`script`] | Rhai engine and API; time, easing, keyframes; emits edits as data |
-//! | [`load`] | RON, NFF, P3F, OBJ, PLY, images -> one resolved scene, with diagnostics; scenes -> RON |
+//! | [`load`] | RON, NFF, P3F, AFF, glTF, OBJ, PLY, STL, images -> one resolved scene, with diagnostics; scenes -> RON |
 //! | [`output`] | PNG and EXR with metadata, films, sheets, frame names, manifests, what is there already, atomic writes |
 //! | [`trace`] | the kernel: columns of primitives, accelerators, SIMD, materials, textures, lights, integrators, samplers |
 //! | [`film`] | linear pixels and layers: accumulate, filter, denoise, expose and tone map |

@@ -8,18 +8,26 @@ mod diff;
 mod errors;
 #[path = "all/exact.rs"]
 mod exact;
+#[path = "all/far.rs"]
+mod far;
 #[path = "all/farm.rs"]
 mod farm;
 #[path = "all/film.rs"]
 mod film;
 #[path = "all/films.rs"]
 mod films;
+#[path = "all/gltf.rs"]
+mod gltf;
+#[path = "all/gltf_file.rs"]
+mod gltf_file;
 #[path = "all/golden.rs"]
 mod golden;
 #[path = "all/house.rs"]
 mod house;
 #[path = "all/light.rs"]
 mod light;
+#[path = "all/memory.rs"]
+mod memory;
 #[path = "all/mistakes.rs"]
 mod mistakes;
 #[path = "all/modules.rs"]

@@ -12,6 +12,8 @@
 use std::fmt;
 use std::sync::Arc;
 
+use serde_json::{Map, Value};
+
 use super::limits;
 use super::synonyms::by_meaning;
 
@@ -24,6 +26,17 @@ pub enum Severity {
     Warning,
     /// A line that the input itself says, as a script does with `print`.
     Note,
+}
+
+impl Severity {
+    /// The word for it in messages.
+    pub fn word(self) -> &'static str {
+        match self {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+            Severity::Note => "note",
+        }
+    }
 }
 
 /// What kind of failure a diagnostic belongs to; the command line turns it into an exit code.
@@ -199,6 +212,28 @@ impl Diagnostic {
         Diagnostic { severity: Severity::Warning, ..self }
     }
 
+    /// As editors and pages want it: `severity`, `message`, its `text` form, and as far as they are known `help`, `file`,
+    /// `line`, `column` (from 1), `width` and the `source` line.
+    pub fn to_json(&self) -> Value {
+        let mut out = Map::new();
+        let mut put = |name: &str, value: Value| drop(out.insert(name.into(), value));
+        put("severity", self.severity.word().into());
+        put("message", self.message.as_str().into());
+        put("text", self.to_string().into());
+        if let Some(help) = &self.help {
+            put("help", help.as_str().into());
+        }
+        if let Some(place) = &self.place {
+            put("file", place.file.to_string().into());
+            if place.line > 0 {
+                let numbers = [("line", place.line), ("column", place.column), ("width", place.width)];
+                numbers.into_iter().for_each(|(name, number)| put(name, number.into()));
+                put("source", place.source.as_str().into());
+            }
+        }
+        Value::Object(out)
+    }
+
     /// Whether it is an error.
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
@@ -217,12 +252,7 @@ impl fmt::Display for Diagnostic {
             }
             write!(f, " ")?;
         }
-        let word = match self.severity {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
-            Severity::Note => "note",
-        };
-        write!(f, "{word}: {}", self.message)?;
+        write!(f, "{}: {}", self.severity.word(), self.message)?;
         if let Some(place) = &self.place
             && place.line > 0
             && !place.source.is_empty()

@@ -7,6 +7,9 @@
 pub const SCENE_FILE_BYTES: u64 = 512 << 20;
 /// A mesh file (OBJ, PLY): ten million triangles as text.
 pub const MESH_FILE_BYTES: u64 = 2 << 30;
+/// Numbers that the accessors of one glTF file are read as, each use counted: four gigabytes. A small file may name the
+/// same bytes, or none at all, again and again.
+pub const ASSET_NUMBERS: u64 = 1 << 30;
 /// Mesh files that a script chose and that are kept for the frames after: two for each of a few sequences.
 pub const MESH_FILES_KEPT: usize = 16;
 /// An image file: a 16 k x 8 k sky in 16 bits.
@@ -30,6 +33,11 @@ pub const SCRIPT_FILE_BYTES: u64 = 4 << 20;
 pub const FRAME_SIDE: u32 = 16_384;
 /// Pixels of a frame: its film and its encoded rows must fit in memory beside the scene.
 pub const FRAME_PIXELS: u64 = 1 << 27;
+/// Bytes that a frame may take while it is made at once; a larger one is made in bands, where nothing of it is kept for
+/// other frames: 1080p with all layers.
+pub const FRAME_AT_ONCE: u64 = 512 << 20;
+/// Bytes of one band of such a frame: large enough to keep all threads busy.
+pub const BAND_BYTES: u64 = 96 << 20;
 /// The file of a frame: the pixels above in 16 bits, should they not shrink.
 pub const FRAME_FILE_BYTES: u64 = 4 << 30;
 /// All channels of an EXR file, unpacked: sixty passes of a 4 k picture in floats.
@@ -77,6 +85,12 @@ pub const PHOTONS: u32 = 4_000_000;
 pub const PHOTONS_AT_REST: u32 = 20_000_000;
 /// Ray generations: each may branch in two, so the tree is bounded by 2^depth.
 pub const RAY_DEPTH: u32 = 64;
+/// Surfaces that are not there, or not wholly, that one ray goes through: leaves of a wood; the next one stops it.
+pub const HOLES: u32 = 1_024;
+/// Sets of four joints that may move one vertex: sixteen sets are far beyond what programs write.
+pub const JOINT_SETS: usize = 16;
+/// Files that one AFF scene includes, each use counted.
+pub const INCLUDES: usize = 10_000;
 /// Stops of exposure either way: beyond them everything is black or white.
 pub const EXPOSURE: f64 = 64.0;
 /// Width of a reconstruction filter in pixels: wider ones blur, and belong behind the renderer.

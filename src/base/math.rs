@@ -46,6 +46,47 @@ pub fn euler_degrees(m: DMat3) -> DVec3 {
     DVec3::new(pitch, yaw, roll).map(f64::to_degrees)
 }
 
+/// As far as this from 0, numbers in `f32` have steps of 1/8192 at most: near enough to count from 0.
+const NEAR: f64 = 2_048.0;
+/// Other origins stand on a lattice this far apart.
+const LATTICE: f64 = 64.0;
+
+/// An origin for numbers in `f32` around a point: 0 for what lies near 0, else the nearest point of a lattice; 0 also for
+/// what is no point.
+pub fn lattice_origin(point: DVec3) -> DVec3 {
+    if !point.is_finite() {
+        return DVec3::ZERO;
+    }
+    point.map(|x| if x.abs() < NEAR { 0.0 } else { (x / LATTICE).round() * LATTICE })
+}
+
+/// Rotation matrix of a unit quaternion x, y, z, w.
+pub fn quaternion_matrix([x, y, z, w]: [f64; 4]) -> DMat3 {
+    let (x2, y2, z2) = (x + x, y + y, z + z);
+    DMat3::from_cols(
+        DVec3::new(1.0 - (y * y2 + z * z2), x * y2 + w * z2, x * z2 - w * y2),
+        DVec3::new(x * y2 - w * z2, 1.0 - (x * x2 + z * z2), y * z2 + w * x2),
+        DVec3::new(x * z2 + w * y2, y * z2 - w * x2, 1.0 - (x * x2 + y * y2)),
+    )
+}
+
+/// Unit quaternion x, y, z, w of a rotation matrix: the inverse of [`quaternion_matrix`], up to its sign.
+///
+/// The largest component is found first, so that nothing is divided by a small number (Shepperd 1978).
+pub fn matrix_quaternion(m: DMat3) -> [f64; 4] {
+    let (a, b, c) = (m.x_axis, m.y_axis, m.z_axis);
+    let squares = [1.0 + a.x - b.y - c.z, 1.0 - a.x + b.y - c.z, 1.0 - a.x - b.y + c.z, 1.0 + a.x + b.y + c.z];
+    let largest = (0..4).fold(3, |best, k| if squares[k] > squares[best] { k } else { best });
+    let parts = match largest {
+        0 => [squares[0], a.y + b.x, a.z + c.x, b.z - c.y],
+        1 => [a.y + b.x, squares[1], b.z + c.y, c.x - a.z],
+        2 => [a.z + c.x, b.z + c.y, squares[2], a.y - b.x],
+        _ => [b.z - c.y, c.x - a.z, a.y - b.x, squares[3]],
+    };
+    let scale = 0.5 / squares[largest].max(f64::MIN_POSITIVE).sqrt();
+    parts.map(|part| part * scale)
+}
+
 /// Rotation (pitch, yaw, roll in degrees) that turns the local axis -z from `from` towards `at`, +y staying near `up`.
 ///
 /// Identical points give no rotation; an `up` parallel to the view is replaced by another axis.

@@ -148,8 +148,6 @@ const MEANINGS: &[Synonym] = &[
     meaning(
         &[
             "transparency",
-            "opacity",
-            "alpha",
             "transparent",
             "kt",
             "transmittance",
@@ -186,8 +184,13 @@ const MEANINGS: &[Synonym] = &[
         &["emission"],
         "the radiance that a surface sends out",
     ),
+    meaning(&["alpha", "coverage"], &["opacity", "transmission"], "how much of the surface is there"),
     meaning(&["rough", "ggx", "alphag", "microroughness"], &["roughness"], ""),
-    meaning(&["metallic", "metalness", "metal", "metall"], &["model"], "write `model: Conductor`, with `roughness`"),
+    meaning(
+        &["metalness", "metal", "metall"],
+        &["metallic", "model"],
+        "of `model: Principled`; bare metal is `Conductor`",
+    ),
     meaning(&["glass", "dielectric"], &["model"], "write `model: Dielectric`, with `ior`"),
     meaning(
         &["clearcoat", "coat", "clearcoatroughness"],
@@ -328,6 +331,7 @@ const MEANINGS: &[Synonym] = &[
         &["max_depth", "bit_depth"],
         "",
     ),
+    meaning(&["adcbailout", "minimportance", "raythreshold", "cutoff", "minthroughput"], &["min_weight"], ""),
     meaning(&["ev", "gain", "exposurevalue", "stops"], &["exposure"], "stops"),
     meaning(&["tonemap", "tonemapping", "tonemapper", "viewtransform", "look"], &["tone_map"], ""),
     meaning(&["reconstruction", "pixelfilter", "reconstructionfilter"], &["filter"], ""),

@@ -129,31 +129,8 @@ fn json_line(input: &Path, answer: &Map<String, Value>, said: &Diagnostics) -> S
     out.insert("input".into(), input.to_string_lossy().into());
     out.extend(answer.clone());
     out.insert("good".into(), (!said.has_errors()).into());
-    out.insert("diagnostics".into(), said.0.iter().map(diagnostic_json).collect());
+    out.insert("diagnostics".into(), said.0.iter().map(Diagnostic::to_json).collect());
     format!("{}\n", Value::Object(out))
-}
-
-/// A mistake as editors want it.
-fn diagnostic_json(one: &Diagnostic) -> Value {
-    let mut out = Map::new();
-    let severity = match one.severity {
-        Severity::Error => "error",
-        Severity::Warning => "warning",
-        Severity::Note => "note",
-    };
-    out.insert("severity".into(), severity.into());
-    out.insert("message".into(), one.message.as_str().into());
-    if let Some(place) = &one.place {
-        out.insert("file".into(), place.file.to_string().into());
-        if place.line > 0 {
-            let numbers = [("line", place.line), ("column", place.column), ("width", place.width)];
-            out.extend(numbers.map(|(name, number)| (name.to_string(), number.into())));
-        }
-    }
-    if let Some(help) = &one.help {
-        out.insert("help".into(), help.as_str().into());
-    }
-    Value::Object(out)
 }
 
 fn parameters_text(shot: &Shot) -> String {

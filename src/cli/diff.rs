@@ -16,9 +16,9 @@ use crate::output::{LayeredPicture, write_atomic};
 
 #[derive(clap::Args)]
 #[command(
-    after_help = "Every value of both files is compared: alpha, and all parts and channels of an EXR file, by name. What is there in
-one of the two alone, or covers another rectangle, is a difference that no tolerance forgives. PNG values go from 0 to 1,
-EXR values are what the file holds.
+    after_help = "Every value of both files is compared: alpha, and all parts and channels of an EXR file, by name. What is there in \
+            one of the two alone, or covers another rectangle, is a difference that no tolerance forgives. PNG values go from 0 to 1, \
+            EXR values are what the file holds.
 
 Metrics, and what --tolerance means for them:
   exact   no value differs

@@ -14,7 +14,7 @@ use crate::farm::archive::is_archive;
 use crate::farm::job::{FarmJob, TaskPlan, absolute};
 use crate::farm::openjd::{self, OpenJdOptions, WorkerSystem};
 use crate::farm::slurm::{self, SlurmOptions};
-use crate::farm::{frame_list, make};
+use crate::farm::{frame_list, make, quote};
 use crate::output;
 use crate::output::names::Target;
 use crate::shot::Shot;
@@ -23,8 +23,8 @@ use crate::shot::run::{self, ReusePolicy};
 
 #[derive(clap::Args)]
 #[command(
-    after_help = "Frames are pure: any machine makes the same bytes, in any order, so that a task that was lost is only started again. Each
-of these commands writes a text that you can read and change; nothing is submitted.
+    after_help = "Frames are pure: any machine makes the same bytes, in any order, so that a task that was lost is only started again. Each \
+            of these commands writes a text that you can read and change; nothing is submitted.
 
   anim farm slurm show.rhai --tasks 12 -o /shared/frames/     then: bash show.slurm.sh
   anim farm openjd show.rhai --tasks 12                       then: openjd run show.openjd.yaml --step Render
@@ -32,9 +32,9 @@ of these commands writes a text that you can read and change; nothing is submitt
   anim farm make show.rhai --tasks 8 --to build.ninja         then: ninja
   anim plan show.rhai --json --tasks 12                       the same as data, for any other queue
 
-Settings (--size, --spp, -D, ...) and frames are those of `anim render`, and are written into the job. Paths become
-absolute: machines must see the input and the output under the same names. Where they do not, pack the input
-(`anim pack`) and send the archive; frames come back as files. `anim guide farm` tells the whole story."
+Settings (--size, --spp, -D, ...) and frames are those of `anim render`, and are written into the job. Paths become \
+            absolute: machines must see the input and the output under the same names. Where they do not, pack the input \
+            (`anim pack`) and send the archive; frames come back as files. `anim guide farm` tells the whole story."
 )]
 pub struct FarmArguments {
     #[command(subcommand)]
@@ -45,9 +45,9 @@ pub struct FarmArguments {
 enum FarmEngine {
     /// A job script for Slurm: an array of tasks of about the same cost, and a last job that checks the frames
     #[command(
-        after_help = "The script says of each task which frames are in it. It asks for the cores and the memory that the plan estimates. A
-task that is preempted, or whose time is over, stops at a whole frame and goes back into the queue. Tasks claim frames,
-so that one that is done early helps the others, and what a lost one leaves is taken over.
+        after_help = "The script says of each task which frames are in it. It asks for the cores and the memory that the plan estimates. A \
+            task that is preempted, or whose time is over, stops at a whole frame and goes back into the queue. Tasks claim frames, \
+            so that one that is done early helps the others, and what a lost one leaves is taken over.
 
 Examples:
   anim farm slurm show.rhai --tasks 100 --throttle 20 -o /shared/show/
@@ -186,10 +186,14 @@ pub fn run(arguments: &FarmArguments) -> Result<Exit, Diagnostics> {
                 SystemArgument::Linux => WorkerSystem::Linux,
                 SystemArgument::Windows => WorkerSystem::Windows,
             };
-            let options = OpenJdOptions { system, chunk_seconds: arguments.chunk_seconds, cores: arguments.job.cpus };
+            let to = arguments.job.to.clone().filter(|to| to != Path::new("-")).unwrap_or_default();
+            let folder = absolute(&output::folder_of(&to).to_string_lossy());
+            let options =
+                OpenJdOptions { system, chunk_seconds: arguments.chunk_seconds, cores: arguments.job.cpus, folder };
             check_openjd(&job)?;
             let to = written(&arguments.job, &job, "openjd.yaml", &openjd::template(&job, &options))?;
-            told(&to, &job, &format!("openjd run {} --step Render", to.display()))
+            let given: String = options.missing(&job).iter().map(|word| format!(" {}", quote::shell(word))).collect();
+            told(&to, &job, &format!("openjd run {} --step Render{given}", to.display()))
         }
         FarmEngine::Make(arguments) => {
             let job = job(&arguments.job)?;

@@ -9,8 +9,8 @@ use crate::output::{self, MergedPicture, merge_exr};
 
 #[derive(clap::Args)]
 #[command(
-    after_help = "The parts are EXR files of `anim render --tiles`, in any order, which together cover the frame. The picture is equal to the
-byte to the one that is rendered at once, denoised or not: each part is traced with the surroundings that it needs.
+    after_help = "The parts are EXR files of `anim render --tiles`, in any order, which together cover the frame. The picture is equal to the \
+            byte to the one that is rendered at once, denoised or not: each part is traced with the surroundings that it needs.
 
 Examples:
   anim render still.ron --tiles 1/4 -o part.1.exr      on one machine, 2/4 and so on on others

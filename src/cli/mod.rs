@@ -10,6 +10,7 @@ mod farm;
 mod film;
 mod frames;
 mod guide;
+mod lanes;
 mod merge;
 mod pack;
 mod pictures;
@@ -36,6 +37,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use clap::{Parser, Subcommand};
 
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
+use crate::base::memory;
 use crate::base::project::Access;
 use crate::farm::archive;
 use crate::output;
@@ -54,10 +56,14 @@ use crate::shot::{self, OpenOptions, Overrides, Shot};
   anim scene.ron -o still.png                     one picture of a scene
   anim check scripts/*.rhai scenes/*.ron          find mistakes without rendering
 
-Exit codes: 0 done, 1 differences found, 2 usage, 3 the scene or script is wrong,
-4 some frames failed, 5 reading or writing failed, 130 interrupted."
+Exit codes: 0 done, 1 differences found, 2 usage, 3 the scene or script is wrong, \
+            4 some frames failed, 5 reading or writing failed, 130 interrupted."
 )]
 struct Arguments {
+    /// Memory that the program may use; larger pictures are made in bands, and what cannot fit is refused [default:
+    /// three quarters of what the machine or its control group has]
+    #[arg(long, global = true, value_name = "MIB", value_parser = clap::value_parser!(u64).range(16..=1 << 24))]
+    memory: Option<u64>,
     #[command(subcommand)]
     command: Command,
 }
@@ -142,8 +148,8 @@ const COMMANDS: [&str; 21] = [
 /// What an input is and how it is read; shared by the commands that open one.
 #[derive(Clone, clap::Args)]
 struct InputArguments {
-    /// A script (.rhai), a scene (.ron, .nff, .p3f) or an archive of `anim pack`; for a film also a folder or a pattern
-    /// of frames
+    /// A script (.rhai), a scene (.ron, .nff, .p3f, .gltf, .glb, .obj, .aff) or an archive of `anim pack`; for a film also
+    /// a folder or a pattern of frames
     input: PathBuf,
     /// Give a parameter of the script a value; may be repeated
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]
@@ -286,13 +292,13 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
     }
     let parsed = match Arguments::try_parse_from(with_default_command(arguments)) {
         Ok(parsed) => parsed,
-        Err(error) => {
-            let _ = error.print();
-            return ExitCode::from(error.exit_code() as u8);
-        }
+        Err(error) => return ExitCode::from(told(&error)),
     };
+    if let Some(bytes) = parsed.memory.map(|mib| mib << 20).or_else(|| memory::of_machine().map(|all| all / 4 * 3)) {
+        memory::set_budget(bytes);
+    }
     let threads = threads::start(parsed.command.threads());
-    let outcome = threads.and_then(|()| match parsed.command {
+    let outcome = threads.and_then(|()| lanes::start()).and_then(|()| match parsed.command {
         Command::Render(arguments) => render::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Plan(arguments) => plan::run(&arguments),
@@ -328,6 +334,18 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         None => exit,
     };
     ExitCode::from(exit as u8)
+}
+
+/// Prints what the reader of arguments has to say: help, the version, or what is wrong with them; gives the exit code.
+fn told(error: &clap::Error) -> u8 {
+    let is_lost = |e: &std::io::Error| !error.use_stderr() && e.kind() != std::io::ErrorKind::BrokenPipe;
+    match error.print().and_then(|()| std::io::stdout().flush()) {
+        Err(lost) if is_lost(&lost) => {
+            say(&Diagnostic::io("the help to standard output", "write", &lost).into());
+            Exit::Io as u8
+        }
+        _ => error.exit_code() as u8,
+    }
 }
 
 /// `anim S.rhai ...` is `anim render S.rhai ...`.

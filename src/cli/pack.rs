@@ -12,12 +12,12 @@ use crate::shot::plan::Plan;
 
 #[derive(clap::Args)]
 #[command(
-    after_help = "The archive holds the script, its modules, the scene, meshes, textures and data, under the paths that they have below
-the project's root, and the values of -D. Whoever renders it gets the same bytes; that every frame is the same is checked
-before `anim pack` ends. Equal input gives an equal archive.
+    after_help = "The archive holds the script, its modules, the scene, meshes, textures and data, under the paths that they have below \
+            the project's root, and the values of -D. Whoever renders it gets the same bytes; that every frame is the same is checked \
+            before `anim pack` ends. Equal input gives an equal archive.
 
-With -o NAME.anim the archive is a folder instead: contents are named by their digest, so that copying it a second time
-(rsync, `aws s3 sync`) sends only what is new.
+With -o NAME.anim the archive is a folder instead: contents are named by their digest, so that copying it a second time \
+            (rsync, `aws s3 sync`) sends only what is new.
 
 Examples:
   anim pack show.rhai                                -> show.anim.zip

@@ -16,10 +16,10 @@ use crate::shot::reuse::ReusePolicy;
 
 #[derive(clap::Args)]
 #[command(
-    after_help = "The page shows the frame a moment after every edit, first a quick picture, then the exact one: the bytes that
-`anim render` would write. Mistakes lie over the last good picture. Point at a pixel to see what it is, click to see where
-that is written, and change it there. Nobody but you can open it: it listens on this machine alone, at an address with a
-secret in it, and asks for nothing from elsewhere. Ends with Ctrl-C.
+    after_help = "The page shows the frame a moment after every edit, first a quick picture, then the exact one: the bytes that \
+            `anim render` would write. Mistakes lie over the last good picture. Point at a pixel to see what it is, click to see where \
+            that is written, and change it there. Nobody but you can open it: it listens on this machine alone, at an address with a \
+            secret in it, and asks for nothing from elsewhere. Ends with Ctrl-C.
 
 Examples:
   anim preview scripts/rackfocus.rhai --open          in the browser, at once

@@ -17,11 +17,13 @@ use super::progress::{Mode, Progress};
 use super::{Exit, InputArguments, exit_code, film, frames, print, say, say_printed, usage};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::base::limits;
+#[cfg(feature = "preview")]
 use crate::base::project::Project;
 use crate::output::{FileState, FilmFormat, names};
 use crate::shot::plan::Plan;
 use crate::shot::run::{self, Event, FrameSource, Report, ReusePolicy};
 use crate::shot::{self, Shot};
+use crate::trace::simd::Width;
 
 /// Which frames, how they look, and where they go: what decides the plan.
 #[derive(Clone, clap::Args)]
@@ -171,6 +173,7 @@ pub fn plan_into(
 }
 
 /// As [`plan_into`], in a project that is known.
+#[cfg(feature = "preview")]
 pub fn plan_in(
     arguments: &FrameArguments,
     out: Option<&str>,
@@ -379,6 +382,8 @@ fn stats(report: &Report) -> serde_json::Value {
         "intersection_tests": c.intersection_tests,
         "steps": c.steps,
         "accel": s.accel,
+        "bands": s.bands,
+        "simd": Width::detect().name(),
         "builds": s.builds,
         "tiles": s.tiles,
         "tiles_kept": s.tiles_kept,

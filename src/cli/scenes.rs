@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::{AccessArguments, Exit, InputArguments, print, say, say_printed, usage};
-use crate::base::diagnostics::Diagnostics;
+use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::project::Project;
 use crate::components::Scene;
 use crate::load;
@@ -24,7 +24,7 @@ pub struct DumpArguments {
 
 #[derive(clap::Args)]
 pub struct ConvertArguments {
-    /// A scene (.ron, .nff, .p3f)
+    /// A scene (.ron, .nff, .p3f) or a model (.gltf, .glb, .obj, .aff)
     scene: PathBuf,
     /// Refuse what a tolerant reader of NFF and P3F skips with a warning
     #[arg(long)]
@@ -46,22 +46,26 @@ pub fn dump(arguments: DumpArguments) -> Result<Exit, Diagnostics> {
     let scene = shot.scene_of(arguments.frame);
     say_printed(&shot, arguments.input.log.as_deref())?;
     let scene = scene?;
-    write(&scene, arguments.out.as_deref())
+    write(&scene, arguments.out.as_deref(), load::write::to_ron)
 }
 
 pub fn convert(arguments: ConvertArguments) -> Result<Exit, Diagnostics> {
     let project = Project::of(&arguments.scene, &arguments.access.access())?;
     let (scene, warnings) = load::load_scene_in(&arguments.scene, arguments.strict, &project)?;
     say(&warnings);
-    write(&scene, arguments.out.as_deref())
+    write(&scene, arguments.out.as_deref(), load::write::to_editable_ron)
 }
 
-fn write(scene: &Scene, out: Option<&Path>) -> Result<Exit, Diagnostics> {
+fn write(
+    scene: &Scene,
+    out: Option<&Path>,
+    to_ron: impl Fn(&Scene, Option<&Path>) -> Result<String, Diagnostic>,
+) -> Result<Exit, Diagnostics> {
     match out {
-        None => print(&load::write::to_ron(scene, None)?),
+        None => print(&to_ron(scene, None)?),
         Some(path) => {
             let folder = path.parent().unwrap_or(Path::new(""));
-            write_atomic(path, load::write::to_ron(scene, Some(folder))?.as_bytes())?;
+            write_atomic(path, to_ron(scene, Some(folder))?.as_bytes())?;
         }
     }
     Ok(Exit::Done)

@@ -10,8 +10,8 @@ use crate::shot::set::{SceneEdit, edit_scene, replace_text};
 
 #[derive(clap::Args)]
 #[command(
-    after_help = "Everything else in the file stays as it is: comments, order, spacing. A value that is not there yet is added.
-Nothing is written unless the whole scene is good afterwards.
+    after_help = "Everything else in the file stays as it is: comments, order, spacing. A value that is not there yet is added. \
+            Nothing is written unless the whole scene is good afterwards.
 
 A path is words with points between them; entities are meant by name or number, from 0:
   camera.focus_distance=3.2            render.samples=64

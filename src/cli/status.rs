@@ -15,9 +15,9 @@ use crate::farm::status::{self, FolderStatus, WorkerStatus};
 
 #[derive(clap::Args)]
 #[command(
-    after_help = "It reads the folder's manifest and what workers (`anim render --claims`) leave in .anim-claims, and nothing else: no
-script, no scene. `anim plan show.rhai --exit-code` is the stricter question, whether every frame is the one that the
-script makes now.
+    after_help = "It reads the folder's manifest and what workers (`anim render --claims`) leave in .anim-claims, and nothing else: no \
+            script, no scene. `anim plan show.rhai --exit-code` is the stricter question, whether every frame is the one that the \
+            script makes now.
 
 Examples:
   anim status frames/show                  once

@@ -20,8 +20,8 @@ use crate::preview::watching::FileWatch;
 
 #[derive(clap::Args)]
 #[command(
-    after_help = "Files are watched: the script and its modules, the scene, meshes, textures, data. What an edit did not
-touch is kept, as by `anim render`. Ends with Ctrl-C.
+    after_help = "Files are watched: the script and its modules, the scene, meshes, textures, data. What an edit did not \
+            touch is kept, as by `anim render`. Ends with Ctrl-C.
 
 Examples:
   anim watch show.rhai --frames 12            one frame, again after every edit
@@ -59,10 +59,9 @@ pub fn run(arguments: &WatchArguments) -> Result<Exit, Diagnostics> {
     let (send, edits) = channel();
     let stop = cancel.clone();
     let watch = FileWatch::start(move |changed| {
-        // The edit is there before the frames that it makes stale are given up.
-        if send.send(changed).is_ok() {
-            stop.store(true, Ordering::SeqCst);
-        }
+        // The flag first: were it raised behind an edit that was taken already, it would look like an interrupt.
+        stop.store(true, Ordering::SeqCst);
+        let _ = send.send(changed);
     })?;
     loop {
         let project = Project::of(input, &arguments.wanted.input.access.access())?;
@@ -71,8 +70,8 @@ pub fn run(arguments: &WatchArguments) -> Result<Exit, Diagnostics> {
         let rendered = once(arguments, &project, &cancel);
         watch.follow(project.recorded().into_iter().map(|(path, _)| path));
         let is_cancelled = cancel.load(Ordering::SeqCst);
-        // Behind the flag, which an edit raises once it is there: without an edit it was an interrupt.
-        let mut edit = edits.try_recv().ok();
+        // An edit that has raised the flag is there at once: without one it was an interrupt.
+        let mut edit = if is_cancelled { edits.recv_timeout(EDIT_FOLLOWS).ok() } else { edits.try_recv().ok() };
         if edit.is_none() && is_cancelled {
             return Ok(Exit::Interrupted);
         }
@@ -91,12 +90,15 @@ pub fn run(arguments: &WatchArguments) -> Result<Exit, Diagnostics> {
     }
 }
 
+/// How long an edit may be behind the flag that it raises, on a machine that has other things to do.
+const EDIT_FOLLOWS: Duration = Duration::from_millis(500);
+
 /// The next edit; `None` after an interrupt.
 fn wait(edits: &Receiver<Vec<PathBuf>>, cancel: &AtomicBool) -> Option<Vec<PathBuf>> {
     loop {
         match edits.recv_timeout(Duration::from_millis(50)) {
             Ok(changed) => return Some(changed),
-            Err(_) if cancel.load(Ordering::Relaxed) => return edits.try_recv().ok(),
+            Err(_) if cancel.load(Ordering::Relaxed) => return edits.recv_timeout(EDIT_FOLLOWS).ok(),
             Err(_) => {}
         }
     }

@@ -70,10 +70,27 @@ record! {
         pub sensor_width: f64 = 36.0,
         /// Metres in a world unit: what brings millimetres into the scene.
         pub meters_per_unit: f64 = 1.0 => Lens,
+        /// Name of the entity that carries the camera, which looks along its local -z with +y up: takes the place of
+        /// `from`, `at` and `up`, and, if it has a `viewpoint`, of `fov`.
+        pub entity: Option<Text> = None,
         /// When the shutter opens and closes, in frames from the frame's own time: (0, 0.5) is a shutter of 180 degrees,
         /// (-0.25, 0.25) the same around the frame, (0, 0) an instant. Everything that moves meanwhile is blurred: what a
         /// script animates, since `frame` is called for moments inside the interval too, and entities with `motion`.
         pub shutter: DVec2 = DVec2::ZERO => Shutter,
+    }
+}
+
+record! {
+    /// What a camera that an entity carries sees: see `entity` of the camera.
+    pub struct Viewpoint {
+        /// Vertical field of view in degrees, above 0 and below 180.
+        pub fov: f64 = 40.0,
+    }
+}
+
+impl Check for Viewpoint {
+    fn check(&self) -> Result<(), Invalid> {
+        between("fov", self.fov, 1e-6, 179.999)
     }
 }
 

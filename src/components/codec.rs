@@ -1,7 +1,12 @@
 //! Scenes and edits as bytes, for another process of this program; records have theirs from `record!`.
 
+use std::sync::Arc;
+
+use glam::DAffine3;
+
 use super::*;
 use crate::base::codec::{Codec, Decoder, Encoder, Malformed};
+use crate::base::digest::Digest;
 use crate::base::project::Folder;
 
 impl Codec for Kind {
@@ -83,11 +88,14 @@ impl Codec for MeshData {
         to.put(&self.smoothing);
         to.put(&self.materials);
         to.put(&self.groups);
+        to.put(&self.second_uvs);
+        to.put(&self.origin);
     }
     fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
         let mut mesh = MeshData::new(from.get()?, from.get()?, from.get()?).with_uvs(from.get()?);
         (mesh.colors, mesh.smoothing) = (from.get()?, from.get()?);
         (mesh.materials, mesh.groups) = (from.get()?, from.get()?);
+        (mesh.second_uvs, mesh.origin) = (from.get()?, from.get()?);
         Ok(mesh)
     }
 }
@@ -124,6 +132,129 @@ impl Codec for Mesh {
             file_materials: from.get()?,
             data: from.shared()?,
         })
+    }
+}
+
+impl Codec for SkinData {
+    fn encode(&self, to: &mut Encoder) {
+        let (binds, influences) = self.parts();
+        to.put(&binds.iter().map(|map| map.to_cols_array()).collect::<Vec<_>>());
+        to.put(&influences.per_vertex);
+        to.put(&influences.joints.iter().map(|joint| u32::from(*joint)).collect::<Vec<_>>());
+        to.put(&influences.weights);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        let binds: Vec<[f64; 12]> = from.get()?;
+        let per_vertex = from.get()?;
+        let joints: Vec<u32> = from.get()?;
+        let joints = joints.into_iter().map(|joint| joint as u16).collect();
+        let influences = Influences { per_vertex, joints, weights: from.get()? };
+        Ok(SkinData::new(binds.iter().map(DAffine3::from_cols_array).collect(), Arc::new(influences)))
+    }
+}
+
+impl Codec for Skin {
+    fn encode(&self, to: &mut Encoder) {
+        let Skin { joints, data } = self;
+        to.put(joints);
+        to.shared(data);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(Skin { joints: from.get()?, data: from.shared()? })
+    }
+}
+
+impl Codec for MorphTarget {
+    fn encode(&self, to: &mut Encoder) {
+        let MorphTarget { name, points, normals } = self;
+        to.put(name);
+        to.put(points);
+        to.put(normals);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(MorphTarget { name: from.get()?, points: from.get()?, normals: from.get()? })
+    }
+}
+
+impl Codec for MorphData {
+    fn encode(&self, to: &mut Encoder) {
+        to.count(self.len() as u64);
+        self.targets().iter().for_each(|target| to.put(target));
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        from.get().map(MorphData::new)
+    }
+}
+
+impl Codec for Morph {
+    fn encode(&self, to: &mut Encoder) {
+        let Morph { weights, data } = self;
+        to.put(weights);
+        to.shared(data);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(Morph { weights: from.get()?, data: from.shared()? })
+    }
+}
+
+impl Codec for Track {
+    fn encode(&self, to: &mut Encoder) {
+        let Track { node, property, interpolation, times, values, width } = self;
+        to.put(node);
+        to.put(property);
+        to.put(interpolation);
+        to.put(times);
+        to.put(values);
+        to.put(width);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(Track {
+            node: from.get()?,
+            property: from.get()?,
+            interpolation: from.get()?,
+            times: from.get()?,
+            values: from.get()?,
+            width: from.get()?,
+        })
+    }
+}
+
+impl Codec for Clip {
+    fn encode(&self, to: &mut Encoder) {
+        let Clip { name, tracks } = self;
+        to.put(name);
+        to.put(tracks);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(Clip { name: from.get()?, tracks: from.get()? })
+    }
+}
+
+/// What scripts see of an asset: its clips. Its nodes are entities of the scene.
+impl Codec for AssetData {
+    fn encode(&self, to: &mut Encoder) {
+        let AssetData { clips, nodes: _, materials: _, digest } = self;
+        to.put(clips);
+        to.put(&[(digest.0 >> 64) as u64, digest.0 as u64]);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        let clips = from.get()?;
+        let [high, low] = from.get::<[u64; 2]>()?;
+        let digest = Digest(u128::from(high) << 64 | u128::from(low));
+        Ok(AssetData { clips, digest, ..AssetData::default() })
+    }
+}
+
+impl Codec for Asset {
+    fn encode(&self, to: &mut Encoder) {
+        let Asset { file, scene, without, data } = self;
+        to.put(file);
+        to.put(scene);
+        to.put(without);
+        to.shared(data);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(Asset { file: from.get()?, scene: from.get()?, without: from.get()?, data: from.shared()? })
     }
 }
 
@@ -279,8 +410,6 @@ impl Codec for Value {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use glam::{DVec3, Vec3};
 
     use super::*;
@@ -300,6 +429,11 @@ mod tests {
         let mesh = Mesh { frame: Some(1.5), smooth: Some(true), data: Arc::new(data), ..Mesh::default() };
         let mut components: Vec<Component> = Kind::ALL.iter().map(|kind| kind.default_component()).collect();
         components.push(mesh.into());
+        let influences = Influences { per_vertex: 1, joints: vec![3, 0], weights: vec![0.5, 1.0] };
+        let skin = SkinData::new(vec![DAffine3::from_translation(DVec3::X)], Arc::new(influences));
+        components.push(Skin { joints: vec!["j".into()], data: Arc::new(skin) }.into());
+        let target = MorphTarget { name: "t".into(), points: vec![Vec3::X], normals: vec![] };
+        components.push(Morph { weights: vec![0.25], data: Arc::new(MorphData::new(vec![target])) }.into());
         let mut bag = EntityDesc::new(components).named("\u{e4}");
         bag.tags = vec!["a".into(), "".into()];
         let camera = Camera { focus: Some(Focus::Entity("x".into())), f_stop: Some(2.8), ..Camera::default() };

@@ -24,8 +24,14 @@ pub enum Role {
     Shape,
     /// It decides what surfaces of the entity look like.
     Surface,
+    /// It bends the surfaces of the entity.
+    Deformation,
     /// It is a light without a surface.
     Light,
+    /// It decides what a camera sees that the entity carries.
+    View,
+    /// It is a file that other entities come from.
+    Source,
 }
 
 /// A type of component, for access by type.
@@ -153,10 +159,16 @@ macro_rules! every_kind {
             cylinder: Cylinder is Shape,
             cone: Cone is Shape,
             mesh: Mesh is Shape,
+            asset: Asset is Source,
+            skin: Skin is Deformation,
+            morph: Morph is Deformation,
             material: MaterialName is Surface,
             texture: Texture is Surface,
             point_light: PointLight is Light,
             area_light: AreaLight is Light,
+            spot_light: SpotLight is Light,
+            directional_light: DirectionalLight is Light,
+            viewpoint: Viewpoint is View,
         }
     };
 }
@@ -167,15 +179,26 @@ every_kind!(components);
 impl Component {
     /// The digest of the data behind its fields of class [`FieldClass::Data`], if it has some.
     pub fn data_digest(&self) -> Option<Digest> {
-        Mesh::of(self).map(|mesh| mesh.data.digest())
+        let of_mesh = Mesh::of(self).map(|mesh| mesh.data.digest());
+        let of_asset = || Asset::of(self).map(|asset| asset.data.digest);
+        let of_skin = || Skin::of(self).map(|skin| skin.data.digest());
+        of_mesh.or_else(of_asset).or_else(of_skin).or_else(|| Morph::of(self).map(|morph| morph.data.digest()))
     }
 
     /// The colour of the light that it emits, linear, if it is a light.
     pub fn light_color(&self) -> Option<DVec3> {
+        if self.kind().role() != Role::Light {
+            return None;
+        }
         let record = self.record();
-        let mut fields = record.fields().iter().zip(record.classes());
-        let (field, _) = fields.find(|(_, class)| **class == FieldClass::EmittedColor)?;
-        DVec3::from_value(&record.get(field)?).ok().filter(|_| self.kind().role() == Role::Light)
+        let fields = record.fields().iter().zip(record.classes());
+        let factors =
+            fields.filter(|(_, class)| **class == FieldClass::EmittedColor).map(|(field, _)| record.get(field));
+        // A colour, and numbers that it is multiplied by.
+        factors.flatten().try_fold(DVec3::ONE, |product, value| match value.as_number() {
+            Some(factor) => Some(product * factor),
+            None => DVec3::from_value(&value).ok().map(|color| product * color),
+        })
     }
 }
 

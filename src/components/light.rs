@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::record::ranges::{color, position};
+use super::record::ranges::{at_least, between, color, direction, position};
 use super::record::{Check, Invalid, choice, record};
 
 choice! {
@@ -23,6 +23,8 @@ record! {
         pub position: DVec3 = DVec3::ZERO,
         /// Linear intensity, 0 and up.
         pub color: DVec3 = DVec3::ONE => EmittedColor,
+        /// Factor of `color`, 0 and up.
+        pub intensity: f64 = 1.0 => EmittedColor,
         /// How it weakens with distance.
         pub falloff: Falloff = Falloff::Constant,
     }
@@ -31,7 +33,66 @@ record! {
 impl Check for PointLight {
     fn check(&self) -> Result<(), Invalid> {
         position("position", self.position)?;
-        color("color", self.color)
+        color("color", self.color)?;
+        at_least("intensity", self.intensity, 0.0)
+    }
+}
+
+record! {
+    /// A light at a point that shines into a cone.
+    pub struct SpotLight {
+        /// Position, local space.
+        pub position: DVec3 = DVec3::ZERO,
+        /// Along the middle of the cone, local space, of any length but 0.
+        pub direction: DVec3 = DVec3::NEG_Z,
+        /// Linear intensity in the middle of the cone, 0 and up.
+        pub color: DVec3 = DVec3::ONE => EmittedColor,
+        /// Factor of `color`, 0 and up.
+        pub intensity: f64 = 1.0 => EmittedColor,
+        /// Degrees from the middle, 0 to 90, from where on it is dark.
+        pub outer_angle: f64 = 45.0,
+        /// Degrees from the middle, 0 to `outer_angle`, up to where it is as bright as in the middle. From there on it
+        /// fades with the square of the cosine's share.
+        pub inner_angle: f64 = 30.0,
+        /// How it weakens with distance.
+        pub falloff: Falloff = Falloff::Constant,
+    }
+}
+
+impl Check for SpotLight {
+    fn check(&self) -> Result<(), Invalid> {
+        position("position", self.position)?;
+        direction("direction", self.direction)?;
+        color("color", self.color)?;
+        at_least("intensity", self.intensity, 0.0)?;
+        between("outer_angle", self.outer_angle, 0.0, 90.0)?;
+        if self.outer_angle == 0.0 {
+            return Err(Invalid { field: "outer_angle", message: "`outer_angle` must be greater than 0".into() });
+        }
+        between("inner_angle", self.inner_angle, 0.0, self.outer_angle)
+    }
+}
+
+record! {
+    /// Light that comes from one direction from far away, as the sun's.
+    pub struct DirectionalLight {
+        /// The way that the light goes, local space, of any length but 0.
+        pub direction: DVec3 = DVec3::NEG_Z,
+        /// What arrives where the light falls straight, linear, 0 and up.
+        pub color: DVec3 = DVec3::ONE => EmittedColor,
+        /// Factor of `color`, 0 and up.
+        pub intensity: f64 = 1.0 => EmittedColor,
+        /// How wide it looks, in degrees, 0 to 90: the edges of its shadows are as soft. The sun has 0.53.
+        pub angle: f64 = 0.0,
+    }
+}
+
+impl Check for DirectionalLight {
+    fn check(&self) -> Result<(), Invalid> {
+        direction("direction", self.direction)?;
+        color("color", self.color)?;
+        at_least("intensity", self.intensity, 0.0)?;
+        between("angle", self.angle, 0.0, 90.0)
     }
 }
 
@@ -48,6 +109,8 @@ record! {
         pub edges: Option<[DVec3; 2]> = None,
         /// Linear intensity of the whole light, 0 and up.
         pub color: DVec3 = DVec3::ONE => EmittedColor,
+        /// Factor of `color`, 0 and up.
+        pub intensity: f64 = 1.0 => EmittedColor,
         /// How it weakens with distance.
         pub falloff: Falloff = Falloff::Constant,
         /// Whether camera rays see it, where they are traced by `Path` and it falls off with the square of the distance.
@@ -77,6 +140,7 @@ impl Check for AreaLight {
             let message = format!("`{field}` must span an area: a light without one is a `point_light`");
             return Err(Invalid { field, message });
         }
-        color("color", self.color)
+        color("color", self.color)?;
+        at_least("intensity", self.intensity, 0.0)
     }
 }

@@ -104,9 +104,27 @@ fn halved(level: &MipLevel) -> MipLevel {
     MipLevel { width: across.len() as u32, height: down.len() as u32, texels: Texels::Floats(texels) }
 }
 
-/// The images that were read for a scene, by the file's name in it and whether its bytes were decoded as sRGB.
+/// What is read of an image file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ImagePlane {
+    /// Colours, whose bytes stand for the sRGB curve.
+    Srgb,
+    /// Colours or numbers as they stand.
+    Linear,
+    /// Alpha as grey; white if the file has none.
+    Alpha,
+}
+
+impl ImagePlane {
+    /// What is read of an image of colours, whose bytes stand for the sRGB curve if they are to be `decoded`.
+    pub fn of_colors(decoded: bool) -> Self {
+        if decoded { ImagePlane::Srgb } else { ImagePlane::Linear }
+    }
+}
+
+/// The images that were read for a scene, by the file's name in it and what was read of it.
 #[derive(Clone, Debug, Default)]
-pub struct ImageCache(pub FxHashMap<(Text, bool), Arc<MipMap>>);
+pub struct ImageCache(pub FxHashMap<(Text, ImagePlane), Arc<MipMap>>);
 
 impl ImageCache {
     /// Texels of all images together.

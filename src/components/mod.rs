@@ -4,6 +4,8 @@
 //! list of kinds stands in [`entity`]. Numbers are `f64` here, where people write them; the kernel works in `f32`.
 //! Space, unit and range of every field stand beside it.
 
+pub mod animation;
+pub mod asset;
 pub mod camera;
 mod codec;
 pub mod content;
@@ -17,21 +19,25 @@ pub mod mip_map;
 pub mod record;
 pub mod render;
 pub mod shapes;
+pub mod skin;
 pub mod texture;
 pub mod transform;
 pub mod value;
 
-pub use camera::{Camera, Focus, Lens};
+pub use animation::{Clip, KeyInterpolation, Track, TrackProperty};
+pub use asset::{Asset, AssetData, AssetNode};
+pub use camera::{Camera, Focus, Lens, Viewpoint};
 pub use daylight::Daylight;
 pub use entity::{Component, ComponentType, Edit, EntityDesc, Kind, Role, Scene};
 pub use film::{Aov, Filter, ToneMap};
-pub use light::{AreaLight, Falloff, PointLight};
+pub use light::{AreaLight, DirectionalLight, Falloff, PointLight, SpotLight};
 pub use material::{Material, MaterialName, Model};
 pub use mesh::{FaceSet, Mesh, MeshData, Piece};
-pub use mip_map::{ImageCache, MipLevel, MipMap, Texels};
+pub use mip_map::{ImageCache, ImagePlane, MipLevel, MipMap, Texels};
 pub use record::{Check, FieldClass, FieldError, Invalid, Record};
 pub use render::{Accel, Fresnel, Integrator, Render, Shadows, Transfer};
 pub use shapes::{AABox, Cone, Cylinder, Plane, Reach, Shape, Sphere, Triangle};
-pub use texture::{Axes, Encoding, Pattern, Space, TexelFilter, Texture, Wrap};
+pub use skin::{Influences, Morph, MorphData, MorphTarget, Skin, SkinData};
+pub use texture::{Axes, Channel, Encoding, Pattern, Space, TexelFilter, Texture, Wrap};
 pub use transform::{Motion, Scale, Transform};
 pub use value::{FieldValue, Mismatch, Text, Value};

@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::record::ranges::{above, at_least, color, coordinate, position, whole};
 use super::record::{Check, Invalid, choice, record};
 use super::value::{FieldValue, Mismatch, Text, Value};
-use super::{FieldError, Record};
+use super::{FieldError, ImagePlane, Record};
 use crate::base::diagnostics::suggestion;
 use crate::base::limits;
 
@@ -75,13 +75,27 @@ choice! {
     }
 }
 
+choice! {
+    /// Which part of a texture counts; where a colour is wanted, it is a grey.
+    pub enum Channel {
+        /// All of it: its luminance where one number is wanted, as for `roughness_map`.
+        Color,
+        Red,
+        Green,
+        Blue,
+        /// That of a picture, 1 if it has none.
+        Alpha,
+    }
+}
+
 record! {
     /// A picture or a pattern. On an entity it is multiplied with the `color` of its material.
     ///
     /// A point with coordinates p (u, v; or x, y, z in a solid) shows what the texture has at
     /// `rotate(p * scale, rotation) + offset`. Pictures cover 0..1 by 0..1, v from the bottom row up.
     pub struct Texture {
-        /// Image file (PNG, JPEG, HDR), relative to the scene; its alpha is ignored. Either this or `pattern`.
+        /// Image file (PNG, JPEG, HDR), relative to the scene; of its alpha only `channel` speaks. Either this or
+        /// `pattern`.
         pub image: Option<Text> = None,
         /// A procedural texture; either this or `image`.
         pub pattern: Option<Pattern> = None,
@@ -97,8 +111,14 @@ record! {
         pub offset: Axes<0> = Axes(DVec3::ZERO),
         /// Degrees, counter-clockwise in the plane of the first two coordinates.
         pub rotation: f64 = 0.0,
-        /// For pictures.
+        /// For pictures: beyond their sides, and above and below unless `wrap_v` is given.
         pub wrap: Wrap = Wrap::Repeat,
+        /// For pictures: above and below them.
+        pub wrap_v: Option<Wrap> = None,
+        /// Which of a mesh's texture coordinates are meant, 0 or 1; meshes with one set have no other.
+        pub uv_set: u32 = 0,
+        /// What of it counts.
+        pub channel: Channel = Channel::Color,
         /// Factor of the colour, linear.
         pub tint: DVec3 = DVec3::ONE,
         /// How it is reduced to the area that a ray stands for.
@@ -134,12 +154,14 @@ impl Texture {
         })
     }
 
-    /// Whether the bytes of its picture stand for the sRGB curve; `coloured` is what `Auto` means here.
-    pub fn decodes(&self, coloured: bool) -> bool {
-        match self.encoding {
-            Encoding::Auto => coloured,
-            Encoding::Srgb => true,
-            Encoding::Linear => false,
+    /// What is read of its image; `coloured` says whether `Auto` stands for the sRGB curve here.
+    pub fn plane(&self, coloured: bool) -> ImagePlane {
+        match (self.channel, self.encoding) {
+            (Channel::Alpha, _) => ImagePlane::Alpha,
+            (_, Encoding::Srgb) => ImagePlane::Srgb,
+            (_, Encoding::Linear) => ImagePlane::Linear,
+            (_, Encoding::Auto) if coloured => ImagePlane::Srgb,
+            (_, Encoding::Auto) => ImagePlane::Linear,
         }
     }
 }
@@ -166,6 +188,10 @@ impl Check for Texture {
         position("scale", self.scale.0)?;
         if self.scale.0.to_array().contains(&0.0) {
             return fail("scale", "`scale` must not be 0 on any axis");
+        }
+        whole("uv_set", self.uv_set.into(), 0, 1)?;
+        if self.channel == Channel::Alpha && self.image.is_none() {
+            return fail("channel", "only an `image` has an alpha channel");
         }
         position("offset", self.offset.0)?;
         coordinate("rotation", self.rotation)?;

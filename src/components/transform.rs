@@ -1,12 +1,12 @@
 //! Where an entity stands.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::record::ranges::position;
 use super::record::{Check, Invalid, record};
 use super::value::{FieldValue, Mismatch, Text, Value};
-use crate::base::math;
+use crate::base::{limits, math};
 
 record! {
     /// Translation, rotation and scale of an entity, relative to its parent or the world.
@@ -17,8 +17,11 @@ record! {
         pub translation: DVec3 = DVec3::ZERO,
         /// Degrees: pitch about x, yaw about y, roll about z; roll is applied first, yaw last.
         pub rotation: DVec3 = DVec3::ZERO,
-        /// Factor per axis, not 0; one number scales all axes alike.
+        /// Factor per axis; one number scales all axes alike. What is scaled by 0 on two axes or more does not show; by 0
+        /// on one it is flat, which only meshes and triangles can be.
         pub scale: Scale = Scale::default(),
+        /// Any affine map, in place of translation, rotation and scale: where the x, y and z axes go, and the origin.
+        pub matrix: Option<[DVec3; 4]> = None,
         /// Name of the entity whose space this transform stands in.
         pub parent: Option<Text> = None,
     }
@@ -27,7 +30,10 @@ record! {
 impl Transform {
     /// The affine map from local to parent space.
     pub fn matrix(&self) -> DAffine3 {
-        math::placement(self.translation, self.rotation, self.scale.0)
+        match self.matrix {
+            Some([x, y, z, origin]) => DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation: origin },
+            None => math::placement(self.translation, self.rotation, self.scale.0),
+        }
     }
 }
 
@@ -36,10 +42,7 @@ impl Check for Transform {
         position("translation", self.translation)?;
         position("rotation", self.rotation)?;
         position("scale", self.scale.0)?;
-        if self.scale.0.to_array().contains(&0.0) {
-            return Err(Invalid { field: "scale", message: "`scale` must not be 0 on any axis".into() });
-        }
-        Ok(())
+        self.matrix.iter().flatten().try_for_each(|column| position("matrix", *column))
     }
 }
 
@@ -134,6 +137,23 @@ pub fn placement_below(above: DAffine3, transform: Option<&Transform>, motion: O
         matrix.translation += motion.at(time);
     }
     matrix
+}
+
+/// The map from an entity's local space to the world, where entities are numbers: `transform_of` and `motion_of` say what
+/// they carry, `find` who has a name. A circle of parents, which is refused elsewhere, ends somewhere.
+pub fn world_placement<'a>(
+    entity: usize,
+    transform_of: impl Fn(usize) -> Option<&'a Transform>,
+    motion_of: impl Fn(usize) -> Option<&'a Motion>,
+    find: impl Fn(&str) -> Option<usize>,
+    time: f64,
+) -> DAffine3 {
+    let parent = |index: &usize| transform_of(*index)?.parent.as_deref().and_then(&find);
+    let chain: Vec<usize> = std::iter::successors(Some(entity), parent).take(limits::HIERARCHY_DEPTH).collect();
+    chain
+        .into_iter()
+        .rev()
+        .fold(DAffine3::IDENTITY, |above, index| placement_below(above, transform_of(index), motion_of(index), time))
 }
 
 impl Check for Motion {

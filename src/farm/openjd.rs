@@ -1,6 +1,7 @@
 //! A template of Open Job Description (2023-09), which AWS Deadline Cloud and others run.
 
 use std::fmt::Write;
+use std::path::Path;
 
 use super::job::FarmJob;
 use super::quote::{power_shell, shell_words, yaml};
@@ -21,6 +22,25 @@ pub struct OpenJdOptions {
     /// tasks are those of the plan, balanced by cost.
     pub chunk_seconds: Option<u32>,
     pub cores: Option<u32>,
+    /// The folder of the template, as an absolute path.
+    pub folder: String,
+}
+
+impl OpenJdOptions {
+    /// A path as the default of a parameter: defaults are relative to the template's folder and lead down, or else there
+    /// is none. (`openjd check` passes others, and `openjd run` then refuses them.)
+    fn default_of(&self, path: &str) -> Option<String> {
+        let below = Path::new(path).strip_prefix(&self.folder).ok()?;
+        let parts: Option<Vec<&str>> = below.components().map(|part| part.as_os_str().to_str()).collect();
+        parts.map(|parts| parts.join("/")).filter(|below| !below.is_empty())
+    }
+
+    /// What has to be given when the job is submitted, since it has no default.
+    pub fn missing(&self, job: &FarmJob) -> Vec<String> {
+        let all = [("Input", &job.input), ("Output", &job.folder)];
+        let without = all.into_iter().filter(|(_, path)| self.default_of(path).is_none());
+        without.flat_map(|(name, path)| ["-p".to_string(), format!("{name}={path}")]).collect()
+    }
 }
 
 /// The template, as YAML.
@@ -35,11 +55,13 @@ pub fn template(job: &FarmJob, options: &OpenJdOptions) -> String {
 
 fn head(job: &FarmJob, options: &OpenJdOptions) -> String {
     let count = job.tasks.tasks.len();
+    let given = options.missing(job);
+    let given = if given.is_empty() { String::new() } else { format!(" {}", shell_words(&given)) };
     let mut text = format!(
         "# {name}: a job template of Open Job Description. Written by anim {version}.\n#\n\
          #   openjd check THIS\n\
-         #   openjd run THIS --step Render               here, task after task\n\
-         #   openjd run THIS --step Render -p Samples=4 -p Frames=1-10\n",
+         #   openjd run THIS --step Render{given}\n\
+         #   openjd run THIS --step Render{given} -p Samples=4 -p Frames=1-10\n",
         name = job.name.replace(['\n', '\r'], " "),
         version = env!("CARGO_PKG_VERSION"),
     );
@@ -62,29 +84,31 @@ fn head(job: &FarmJob, options: &OpenJdOptions) -> String {
     text
 }
 
-/// Paths are absolute: a relative default would be read from the template's folder, a relative `-p` from the shell's.
 fn parameters(job: &FarmJob, options: &OpenJdOptions) -> String {
     let mut text = String::from("parameterDefinitions:\n");
-    let mut add = |name: &str, kind: &str, more: &str, default: String, about: &str| {
-        let _ = writeln!(
-            text,
-            "- name: {name}\n  type: {kind}\n{more}  default: {default}\n  description: {}",
-            yaml(about)
-        );
+    let mut add = |name: &str, kind: &str, more: &str, default: Option<String>, about: &str| {
+        let default = default.map_or(String::new(), |default| format!("  default: {default}\n"));
+        let _ = writeln!(text, "- name: {name}\n  type: {kind}\n{more}{default}  description: {}", yaml(about));
     };
+    let path = |path: &str| options.default_of(path).map(|path| yaml(&path));
     let file = "  objectType: FILE\n  dataFlow: IN\n";
-    add("Input", "PATH", file, yaml(&job.input), "The script, scene or archive.");
+    add("Input", "PATH", file, path(&job.input), "The script, scene or archive.");
     let folder = "  objectType: DIRECTORY\n  dataFlow: OUT\n";
-    add("Output", "PATH", folder, yaml(&job.folder), "The folder of the frames.");
-    add("Frames", "STRING", "", yaml(&job.frames.replace('x', ":")), "Ascending ranges, as in 1-10,20,30-60:5.");
+    add("Output", "PATH", folder, path(&job.folder), "The folder of the frames.");
+    let frames = Some(yaml(&job.frames.replace('x', ":")));
+    add("Frames", "STRING", "", frames, "Ascending ranges, as in 1-10,20,30-60:5.");
     if options.chunk_seconds.is_none() {
-        let count = job.tasks.tasks.len();
-        add("Tasks", "INT", "  minValue: 1\n", count.to_string(), "Into how many parts of about the same cost.");
+        let count = Some(job.tasks.tasks.len().to_string());
+        add("Tasks", "INT", "  minValue: 1\n", count, "Into how many parts of about the same cost.");
     }
-    add("Width", "INT", "  minValue: 0\n", "0".into(), "In pixels; 0: as the scene says.");
-    add("Height", "INT", "  minValue: 0\n", "0".into(), "In pixels; 0: as the scene says.");
-    add("Samples", "INT", "  minValue: 0\n", "0".into(), "Samples per pixel; 0: as the scene says.");
-    add("Anim", "STRING", "", yaml(&job.anim), "The program on the workers.");
+    for (name, about) in [
+        ("Width", "In pixels; 0: as the scene says."),
+        ("Height", "In pixels; 0: as the scene says."),
+        ("Samples", "Samples per pixel; 0: as the scene says."),
+    ] {
+        add(name, "INT", "  minValue: 0\n", Some("0".into()), about);
+    }
+    add("Anim", "STRING", "", Some(yaml(&job.anim)), "The program on the workers.");
     text
 }
 

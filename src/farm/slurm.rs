@@ -72,7 +72,7 @@ fn head(job: &FarmJob, options: &SlurmOptions) -> String {
         format!("--cpus-per-task={cores}"),
         format!("--mem={memory}"),
     ];
-    let time = options.time.clone().or_else(|| job.minutes(cores).map(|minutes| time_limit(minutes)));
+    let time = options.time.clone().or_else(|| job.minutes(cores).map(time_limit));
     lines.extend(time.map(|time| format!("--time={time}")));
     lines.extend(options.partition.as_ref().map(|partition| format!("--partition={partition}")));
     lines.extend(options.account.as_ref().map(|account| format!("--account={account}")));

@@ -8,7 +8,8 @@ const SQUARE: u32 = 16;
 /// since what looks at neighbours is traced around each; `None` if there are more parts than squares.
 pub fn part_of(size: [u32; 2], i: u32, n: u32) -> Option<[u32; 4]> {
     let squares = size.map(|side| side.div_ceil(SQUARE));
-    let columns = (1..=n).filter(|columns| n % columns == 0 && *columns <= squares[0] && n / columns <= squares[1]);
+    let columns =
+        (1..=n).filter(|columns| n.is_multiple_of(*columns) && *columns <= squares[0] && n / columns <= squares[1]);
     let half_perimeter =
         |columns: u32| f64::from(size[0]) / f64::from(columns) + f64::from(size[1]) * f64::from(columns) / f64::from(n);
     let columns = columns.min_by(|a, b| half_perimeter(*a).total_cmp(&half_perimeter(*b)))?;

@@ -47,6 +47,13 @@ impl PixelBounds {
         (0..2).all(|axis| (self.origin[axis]..self.end()[axis]).contains(&pixel[axis]))
     }
 
+    /// What both cover; `None` if they have no pixel in common.
+    pub fn common(self, other: PixelBounds) -> Option<PixelBounds> {
+        let origin: [u32; 2] = std::array::from_fn(|axis| self.origin[axis].max(other.origin[axis]));
+        let end: [u32; 2] = std::array::from_fn(|axis| self.end()[axis].min(other.end()[axis]));
+        (origin[0] < end[0] && origin[1] < end[1]).then(|| Self::between(origin, end))
+    }
+
     /// How many pixels it has.
     pub fn count(self) -> usize {
         self.size[0] as usize * self.size[1] as usize
@@ -76,6 +83,8 @@ mod tests {
         assert_eq!(part.grown(2, [9, 20]), PixelBounds { origin: [3, 0], size: [6, 6] });
         assert_eq!(part.in_squares(4, [9, 20]), PixelBounds { origin: [4, 0], size: [4, 4] });
         assert_eq!(part.in_squares(16, [9, 20]), PixelBounds { origin: [0, 0], size: [9, 16] });
+        assert_eq!(part.common(part.grown(2, [9, 20])), Some(part));
+        assert_eq!(part.common(PixelBounds { origin: [8, 0], size: [1, 1] }), None);
         assert!(part.contains([7, 3]) && !part.contains([8, 3]) && !part.contains([5, 4]));
     }
 

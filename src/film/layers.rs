@@ -146,6 +146,21 @@ impl Layers {
         }
     }
 
+    /// Adds those of the pixels that follow.
+    pub fn append(&mut self, others: Layers) {
+        let Layers { coverage, depth, position, normal, albedo, entity, material, motion, variance, halves } = others;
+        self.coverage.extend(coverage);
+        self.depth.extend(depth);
+        self.position.extend(position);
+        self.normal.extend(normal);
+        self.albedo.extend(albedo);
+        self.entity.extend(entity);
+        self.material.extend(material);
+        self.motion.extend(motion);
+        self.variance.extend(variance);
+        self.halves.extend(halves);
+    }
+
     /// Sets what the samples of a pixel add up to.
     pub fn resolve(&mut self, pixel: usize, sum: &FeatureSum) {
         let (hits, samples) = (sum.hits.max(1) as f32, sum.samples.max(1) as f32);

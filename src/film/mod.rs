@@ -2,7 +2,8 @@
 //!
 //! Pixels are linear and of any size (scene referred). [`accumulator`] adds samples up, tile by tile; [`filter`] draws where
 //! in and around a pixel they lie; [`layers`] say what the pixels show; [`denoise`] takes out noise; [`tone`] makes what a
-//! screen can show of the result; [`bounds`] are rectangles of a frame that is not rendered as a whole.
+//! screen can show of the result; [`bounds`] are rectangles of a frame that is not rendered as a whole, [`rows`] filter
+//! one that comes in bands.
 
 pub mod accumulator;
 pub mod bounds;
@@ -10,6 +11,7 @@ mod denoise;
 mod dither;
 pub mod filter;
 pub mod layers;
+pub mod rows;
 pub mod tone;
 
 pub use accumulator::{AccumulatorOptions, PixelAccumulator};
@@ -17,6 +19,7 @@ pub use bounds::PixelBounds;
 pub use denoise::{DENOISE_REACH, DenoisePixel, SeenFeature, denoise};
 pub use filter::FilterTable;
 pub use layers::{Feature, Layers};
+pub use rows::RowDenoiser;
 pub use tone::DisplayTransform;
 
 /// Linear RGB pixels of any size, top row first.
@@ -46,6 +49,13 @@ impl Film {
         let [width, height] = part.size;
         let (pixels, layers) = (bounds.crop(&self.pixels, part), self.layers.cropped(bounds, part));
         Film { width, height, pixels, layers, origin: part.origin }
+    }
+
+    /// Adds rows of the same width and with the same layers below.
+    pub fn append(&mut self, rows: Film) {
+        self.height += rows.height;
+        self.pixels.extend(rows.pixels);
+        self.layers.append(rows.layers);
     }
 
     /// RGB bytes, three per pixel, rounded to nearest or dithered.

@@ -24,6 +24,7 @@ const POV_RAY: &[(&str, &str)] = &[
     ("clock", "f.t, or f.seconds"),
     ("+A0.3 +AM2", "samples, noise_threshold"),
     ("max_trace_level 10", "max_depth: 10"),
+    ("adc_bailout 0.004", "min_weight: 0.004"),
 ];
 
 const BLENDER: &[(&str, &str)] = &[

@@ -109,7 +109,11 @@ fn example_of(record: &dyn Record, field: &str, default: &Value, kind: &str, cho
         three.clone(),
         Value::List(vec![number(1.0), number(2.0)]),
         Value::List(vec![three.clone(), Value::Vec3(glam::DVec3::X)]),
-        Value::List(vec![three.clone(), three.clone(), three]),
+        Value::List(vec![three.clone(), three.clone(), three.clone()]),
+        Value::List(
+            [glam::DVec3::X, glam::DVec3::Y, glam::DVec3::Z].map(Value::Vec3).into_iter().chain([three]).collect(),
+        ),
+        Value::List(vec![Value::List(vec![number(0.0), number(1.0)]); 3]),
         Value::List([0, 0, 8, 8].map(Value::Int).to_vec()),
         Value::List(Vec::new()),
         Value::Text("name".into()),

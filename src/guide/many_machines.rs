@@ -135,8 +135,8 @@ pub fn openjd() -> Vec<Block> {
         ),
         heading("Paths"),
         text(
-            "Input and Output are parameters of the type PATH, so that the scheduler maps them to where they are on a worker; \
-             defaults are absolute. A shot of many files is best sent as an archive: `anim pack show.rhai`, then `anim farm \
+            "Input and Output are parameters of the type PATH, so that the scheduler maps them to where they are on a worker. They \
+             have defaults where they lie below the template's folder, as a default must; otherwise they are given at submission. A shot of many files is best sent as an archive: `anim pack show.rhai`, then `anim farm \
              openjd show.anim.zip`.",
         ),
         heading("What the scheduler hears"),

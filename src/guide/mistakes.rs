@@ -18,7 +18,7 @@ const SCRIPTS: &[&str] = &[
     "animation(#{ frames: 24 });\nfn frame(s, f) {\n    s.camera.fvo = 35;\n}",
     "animation(#{ frames: 24 });\nfn frame(s, f) {\n    s.get(\"ball\").position = [0, 1, 0];\n}",
     "animation(#{ frames: 24 });\nfn frame(s, f) {\n    let a = 1\n    s.camera.fov = lerp(30, 40);\n}",
-    "animation(#{ frames: 24 });\nfn frame(s, f) {\n    s.material(\"brass\").metallic = 1;\n}",
+    "animation(#{ frames: 24 });\nfn frame(s, f) {\n    s.material(\"brass\").shine = 1;\n}",
 ];
 
 /// What the program says of an input.

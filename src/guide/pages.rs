@@ -204,9 +204,27 @@ fn script() -> Vec<Block> {
 fn formats() -> Vec<Block> {
     vec![
         text(
-            "Read: scenes in RON, NFF and P3F; meshes in OBJ and PLY; pictures in PNG, JPEG and HDR for textures and skies; data \
-              in CSV and JSON by scripts. Files that an input names are read below its project's root: the nearest folder \
+            "Read: scenes in RON, NFF, P3F and AFF; meshes in OBJ (with its materials), PLY and STL; assets in glTF 2.0 (.gltf, \
+              .glb); pictures in PNG, JPEG, WebP, TGA, BMP, PNM, HDR and EXR for textures and skies; data in CSV and JSON by \
+              scripts. Files that an input names are read below its project's root: the nearest folder \
               above it with .git, golden.ron or scenes/, or else its own. --root and --allow-read say otherwise.",
+        ),
+        text(
+            "An asset is a file whose nodes become entities: (name: \"robot\", asset: (file: \"robot.glb\")) gives robot/Arm and \
+              robot/Arm/Hand as the file has them, with their meshes, lights, cameras, skins and shapes; groups and objects of \
+              an OBJ and transforms of an AFF likewise. An entity of that name in the scene changes what it says and no more, \
+              a material called robot/Steel (the file's name, then the material's) stands for the file's. A script plays the \
+              clips: s.get(\"robot\").play(\"Walk\", f.seconds). Of glTF are read: metallic-roughness materials with all five \
+              textures, texture transforms and vertex colours, alpha masks and blending, KHR lights_punctual, emissive_strength, \
+              ior, transmission, volume, specular, unlit and node_visibility, EXT_mesh_gpu_instancing, sparse, quantised and \
+              meshopt-compressed data. Draco, KTX2, AVIF and DDS are refused by name; what else a file has and no picture \
+              shows is a warning. anim model.glb shows a file by itself, anim convert model.glb -o scene.ron writes a scene \
+              around it to edit.",
+        ),
+        text("An AFF file (the animated scenes of BART) is a sequence: its own number of frames, or -D frames=N."),
+        text(
+            "What is far from the origin is traced as exactly as what is near: frames count from an origin near the camera, and \
+              meshes of files from one near their first vertex. Up to 1e9 units away is room; beyond that is an error.",
         ),
         text(
             "Written: PNG with 8 or 16 bits, and OpenEXR with layers, by the ending of -o. Every picture says which script, \

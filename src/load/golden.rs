@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 
 use super::ron::options;
-use super::spans::{self, SyntaxField, SyntaxNode};
+use super::spans::{self, SyntaxField, SyntaxNode, mistake_in_name};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, suggestion};
 use crate::base::{files, limits};
 use crate::components::Integrator;
@@ -197,13 +197,9 @@ impl GoldenListReader<'_> {
                 continue;
             };
             let span = (child.key_start, child.key_end);
-            if !known.contains(&key) {
-                let help = suggestion(key, known.iter().copied());
-                self.report(span, format!("unknown field `{key}` in {owner}"), help);
-            } else if good.iter().any(|other| other.key.as_deref() == Some(key)) {
-                self.report(span, format!("`{key}` is given twice in {owner}"), None);
-            } else {
-                good.push(child);
+            match mistake_in_name(key, known, &good, owner) {
+                Some((message, help)) => self.report(span, message, help),
+                None => good.push(child),
             }
         }
         good
@@ -214,11 +210,16 @@ impl GoldenListReader<'_> {
         let source = &self.text[span.0..span.1];
         let read = options().from_str::<T>(source).ok();
         if read.is_none() {
-            let name = child.key.as_deref().unwrap_or("");
             let found: String = source.split_whitespace().collect::<Vec<_>>().join(" ").chars().take(40).collect();
-            self.report(span, format!("`{name}`: expected {expected}, found {found}"), None);
+            self.refuse(child, expected, &found);
         }
         read
+    }
+
+    fn refuse(&mut self, child: &SyntaxField, expected: &str, found: &str) {
+        let name = child.key.as_deref().unwrap_or("");
+        let message = format!("`{name}`: expected {expected}, found {found}");
+        self.report((child.value.start, child.value.end), message, None);
     }
 
     fn number(&mut self, child: &SyntaxField, least: f64, most: f64) -> Option<f64> {
@@ -227,12 +228,7 @@ impl GoldenListReader<'_> {
         if (least..=most).contains(&number) {
             return Some(number);
         }
-        let name = child.key.as_deref().unwrap_or("");
-        self.report(
-            (child.value.start, child.value.end),
-            format!("`{name}`: expected {expected}, found {number}"),
-            None,
-        );
+        self.refuse(child, &expected, &number.to_string());
         None
     }
 
@@ -242,12 +238,7 @@ impl GoldenListReader<'_> {
         if (1..=most).contains(&number) {
             return Some(number);
         }
-        let name = child.key.as_deref().unwrap_or("");
-        self.report(
-            (child.value.start, child.value.end),
-            format!("`{name}`: expected {expected}, found {number}"),
-            None,
-        );
+        self.refuse(child, &expected, &number.to_string());
         None
     }
 

@@ -4,18 +4,21 @@ mod hdr;
 mod jpeg;
 mod open_exr;
 
+use std::fmt::Display;
 use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Rgb32FImage};
+use rustc_hash::FxHashMap;
 
+use super::gltf::Document;
 use super::resolve::{Problem, component_path, key};
 use super::spans::Step;
 use crate::base::color::srgb_decode;
 use crate::base::diagnostics::Diagnostic;
 use crate::base::project::{FileRole, Folder};
-use crate::base::{files, limits};
+use crate::base::{files, limits, memory};
 use crate::components::*;
 use crate::trace::light::environment::{CubeMap, EnvironmentMap, FACES, Face};
 
@@ -47,7 +50,8 @@ pub fn read_cube_map(base: &Folder, folder: &str, linear: bool) -> Result<CubeMa
 }
 
 fn read_face(path: &Path, linear: bool) -> Result<Face, Diagnostic> {
-    let picture = decode(path, limits::TEXTURE_TEXELS / FACES.len() as u64)?.to_rgb8();
+    let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
+    let picture = decode(bytes, &path.display().to_string(), limits::TEXTURE_TEXELS / FACES.len() as u64)?.to_rgb8();
     let value = |x: u8| {
         let encoded = f32::from(x) / 255.0;
         if linear { srgb_decode(encoded) } else { encoded }
@@ -56,13 +60,21 @@ fn read_face(path: &Path, linear: bool) -> Result<Face, Diagnostic> {
     Ok(Face { width: picture.width(), height: picture.height(), texels })
 }
 
+/// Bytes of a pixel while a picture of floats is read: as decoded, as texels, and in smaller copies.
+const BYTES_OF_FLOATS: u64 = 12 + 12 + 12 + 4;
+/// As [`BYTES_OF_FLOATS`], of a picture of 16 bits a channel, whose texels are floats.
+const BYTES_OF_WORDS: u64 = 8 + 6 + 12 + 4;
+/// As [`BYTES_OF_FLOATS`], of one of 8 bits.
+const BYTES_OF_BYTES: u64 = 4 + 3 + 3 + 1;
+
 /// Endings and names of the image files that are read.
-const KNOWN: &str = "known: PNG, JPEG, HDR (Radiance), EXR, TGA, BMP, WebP";
+const KNOWN: &str = "known: PNG, JPEG, HDR (Radiance), EXR, TGA, BMP, WebP, PPM";
 
 /// The pixels of an image file of at most `cap` of them; the size is known before anything is allocated for it.
-fn decode(path: &Path, cap: u64) -> Result<DynamicImage, Diagnostic> {
-    let bytes = files::read_bytes(path, limits::IMAGE_FILE_BYTES)?;
-    let broken = |e: &dyn std::fmt::Display| Diagnostic::error(format!("cannot read {}: {e}", path.display()));
+///
+/// `name` is what the file is called.
+fn decode(bytes: Vec<u8>, name: &str, cap: u64) -> Result<DynamicImage, Diagnostic> {
+    let broken = |e: &dyn Display| Diagnostic::error(format!("cannot read {name}: {e}"));
     if bytes.starts_with(b"version https://git-lfs") {
         let problem = broken(&"this is a pointer of Git LFS, not the file itself");
         return Err(problem.help("fetch it with `git lfs pull`"));
@@ -79,6 +91,10 @@ fn decode(path: &Path, cap: u64) -> Result<DynamicImage, Diagnostic> {
         }
         Ok(())
     };
+    let foresee = |[width, height]: [u32; 2], bytes: u64| {
+        let pixels = u64::from(width) * u64::from(height);
+        memory::check(pixels * bytes, || format!("the {width} x {height} pixels of {name}"))
+    };
     let floats = |[width, height]: [u32; 2], texels: Vec<f32>| {
         let picture = Rgb32FImage::from_raw(width, height, texels);
         picture.map(DynamicImage::ImageRgb32F).ok_or_else(|| broken(&"it has fewer pixels than it says"))
@@ -86,14 +102,16 @@ fn decode(path: &Path, cap: u64) -> Result<DynamicImage, Diagnostic> {
     if hdr::is_hdr(&bytes) {
         let header = hdr::header(&bytes).map_err(|e| broken(&e))?;
         fits(header.size)?;
+        foresee(header.size, BYTES_OF_FLOATS)?;
         return floats(header.size, hdr::texels(&bytes, &header).map_err(|e| broken(&e))?);
     }
     if open_exr::is_exr(&bytes) {
         let size = open_exr::size(&bytes).map_err(|e| broken(&e))?;
         fits(size)?;
+        foresee(size, BYTES_OF_FLOATS)?;
         return floats(size, open_exr::texels(&bytes, size).map_err(|e| broken(&e))?);
     }
-    let is_tga = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("tga"));
+    let is_tga = Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("tga"));
     let reader = || {
         let mut reader = ImageReader::new(Cursor::new(&bytes)).with_guessed_format().map_err(|e| broken(&e))?;
         if reader.format().is_none() && is_tga {
@@ -118,6 +136,8 @@ fn decode(path: &Path, cap: u64) -> Result<DynamicImage, Diagnostic> {
     caps.max_alloc = Some(limits::IMAGE_BYTES);
     reader.limits(caps);
     let mut decoder = reader.into_decoder().map_err(|e| broken(&e))?;
+    let is_deep = decoder.color_type().bits_per_pixel() > 8 * u16::from(decoder.color_type().channel_count());
+    foresee([width, height], if is_deep { BYTES_OF_WORDS } else { BYTES_OF_BYTES })?;
     let orientation = decoder.orientation().map_err(|e| broken(&e))?;
     let mut picture = match jpeg.is_apart {
         false => DynamicImage::from_decoder(decoder).map_err(|e| broken(&e))?,
@@ -142,14 +162,13 @@ fn decode_apart(bytes: &[u8]) -> Result<DynamicImage, String> {
     }
 }
 
-/// Reads an image for a texture, with its smaller copies. `decoded` says that its bytes stand for the sRGB curve.
-///
-/// # Errors
-/// A file that is missing, broken, larger than `cap` texels, or with values that are no colours.
-pub fn read_mip_map(path: &Path, decoded: bool, cap: u64) -> Result<MipMap, Diagnostic> {
-    let image = decode(path, cap)?;
+/// The image of a file for a texture, with its smaller copies; `name` is what errors call it.
+fn mip_map(bytes: Vec<u8>, name: &str, plane: ImagePlane, cap: u64) -> Result<MipMap, Diagnostic> {
+    let image = decode(bytes, name, cap)?;
     let (width, height) = (image.width(), image.height());
+    let decoded = plane == ImagePlane::Srgb;
     let texels = match image {
+        _ if plane == ImagePlane::Alpha => alpha(image),
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
             Texels::Floats(image.into_rgb32f().pixels().map(|p| p.0).collect())
         }
@@ -172,7 +191,7 @@ pub fn read_mip_map(path: &Path, decoded: bool, cap: u64) -> Result<MipMap, Diag
         let good = |x: &f32| (0.0..=limits::TEXEL_VALUE).contains(x);
         if let Some(i) = floats.iter().position(|texel| !texel.iter().all(good)) {
             let (x, y, [r, g, b]) = (i as u32 % width, i as u32 / width, floats[i]);
-            let message = format!("{}: pixel ({x}, {y}) is ({r}, {g}, {b}), which is no colour", path.display());
+            let message = format!("{name}: pixel ({x}, {y}) is ({r}, {g}, {b}), which is no colour");
             let help = format!("values must be from 0 to {:e}", limits::TEXEL_VALUE);
             return Err(Diagnostic::error(message).help(help));
         }
@@ -180,17 +199,54 @@ pub fn read_mip_map(path: &Path, decoded: bool, cap: u64) -> Result<MipMap, Diag
     Ok(MipMap::new(width, height, texels))
 }
 
-/// The picture of a file that a scene names, read unless it was before.
+/// The alpha of an image as grey.
+fn alpha(image: DynamicImage) -> Texels {
+    if matches!(image, DynamicImage::ImageRgba32F(_) | DynamicImage::ImageRgba16(_) | DynamicImage::ImageLumaA16(_)) {
+        return Texels::Floats(image.into_rgba32f().pixels().map(|p| [p.0[3]; 3]).collect());
+    }
+    Texels::Bytes(image.into_rgba8().pixels().map(|p| [p.0[3]; 3]).collect())
+}
+
+/// The picture of a file that a scene names, read unless it was before. `x.glb#images/2` is the third image in a glTF.
 ///
 /// # Errors
-/// As [`read_mip_map`]; and if all pictures together have too many texels.
-pub fn fetch(images: &mut ImageCache, base: &Folder, file: &Text, decoded: bool) -> Result<Arc<MipMap>, Diagnostic> {
-    if let Some(known) = images.0.get(&(file.clone(), decoded)) {
+/// A file that is missing, broken, too large or with values that are no colours; and if all pictures together have too
+/// many texels.
+pub fn fetch(
+    images: &mut ImageCache,
+    base: &Folder,
+    file: &Text,
+    plane: ImagePlane,
+) -> Result<Arc<MipMap>, Diagnostic> {
+    put(images, base, file, plane, || match embedded(file) {
+        Some((asset, number)) => {
+            let document = Document::open(base, asset).map_err(|mut all| all.0.swap_remove(0))?;
+            document.image(number).map_err(|mut all| all.0.swap_remove(0))
+        }
+        None => files::read_bytes(&base.find(file, FileRole::Image)?, limits::IMAGE_FILE_BYTES),
+    })
+}
+
+/// The glTF file and the number in it of an image that is not a file of its own.
+fn embedded(file: &str) -> Option<(&str, usize)> {
+    let (asset, number) = file.rsplit_once("#images/")?;
+    Some((asset, number.parse().ok()?))
+}
+
+fn put(
+    images: &mut ImageCache,
+    base: &Folder,
+    file: &Text,
+    plane: ImagePlane,
+    bytes: impl FnOnce() -> Result<Vec<u8>, Diagnostic>,
+) -> Result<Arc<MipMap>, Diagnostic> {
+    if let Some(known) = images.0.get(&(file.clone(), plane)) {
         return Ok(known.clone());
     }
     let room = limits::TEXTURE_TEXELS.saturating_sub(images.texels());
-    let picture = Arc::new(read_mip_map(&base.find(file, FileRole::Image)?, decoded, room)?);
-    images.0.insert((file.clone(), decoded), picture.clone());
+    let name = base.join(&**file).display().to_string();
+    let picture = Arc::new(mip_map(bytes()?, &name, plane, room)?);
+    images.0.insert((file.clone(), plane), picture.clone());
     Ok(picture)
 }
 
@@ -209,18 +265,26 @@ pub fn read_surroundings(
     if base.find(name, FileRole::Image)?.is_dir() {
         return read_cube_map(base, name, decoded).map(|cube| EnvironmentMap::Cube(Arc::new(cube)));
     }
-    fetch(images, base, name, decoded).map(EnvironmentMap::Sphere)
+    fetch(images, base, name, ImagePlane::of_colors(decoded)).map(EnvironmentMap::Sphere)
 }
 
-/// Reads the pictures that the textures of a scene name; each file is read once and shared.
-pub fn load_all(scene: &mut Scene) -> Vec<Problem> {
+/// Reads the pictures that the textures of a scene name; each file is read once and shared. `documents` are the glTF
+/// files that are open, by their names in the scene.
+pub fn load_all(scene: &mut Scene, documents: &FxHashMap<Text, Document>) -> Vec<Problem> {
     let mut problems = Vec::new();
     let Scene { materials, entities, images, base, render, .. } = scene;
     let mut read = |path: Vec<Step>, texture: &Texture, coloured: bool| {
         let Some(file) = &texture.image else { return };
-        let decoded = texture.decodes(coloured && render.transfer == Transfer::Srgb);
+        let plane = texture.plane(coloured && render.transfer == Transfer::Srgb);
+        let open = embedded(file).and_then(|(asset, number)| Some((documents.get(asset)?, number)));
+        let fetched = match open {
+            Some((document, number)) => {
+                put(images, base, file, plane, || document.image(number).map_err(|mut all| all.0.swap_remove(0)))
+            }
+            None => fetch(images, base, file, plane),
+        };
         if problems.len() < limits::DIAGNOSTICS
-            && let Err(problem) = fetch(images, base, file, decoded)
+            && let Err(problem) = fetched
         {
             let path = path.into_iter().chain([key("image")]).collect();
             problems.push(Problem::new(path, problem.message).help(problem.help));

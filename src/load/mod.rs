@@ -4,14 +4,22 @@
 //! and references as data, and meshes are read. Only when something is wrong is the text looked at again, for the
 //! place of every mistake.
 
+pub mod aff;
+mod assemble;
+pub mod asset;
+pub mod gltf;
 pub mod golden;
 pub mod image;
 pub mod mesh;
+mod names;
 pub mod nff;
 pub mod resolve;
 pub mod ron;
+mod sets_asset;
+mod show;
 pub mod spans;
 pub mod write;
+mod write_assets;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -20,9 +28,10 @@ use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, ScenePart, Severi
 use crate::base::project::{Access, FileRole, Folder, Project};
 use crate::base::{files, limits};
 use crate::components::Scene;
+pub use aff::AffShow;
 
 /// Endings of the scene files that are read.
-pub const EXTENSIONS: [&str; 3] = ["ron", "nff", "p3f"];
+pub const EXTENSIONS: [&str; 7] = ["ron", "nff", "p3f", "gltf", "glb", "obj", "aff"];
 
 /// Where a scene's text says what a mistake is about; the file as a whole where its form does not tell.
 pub fn place_of(path: &Path, scene: &Scene, subject: Subject) -> Option<Place> {
@@ -61,14 +70,9 @@ pub fn load_scene_in(path: &Path, strict: bool, project: &Arc<Project>) -> Resul
     project.record(path, FileRole::Scene);
     let name = path.to_string_lossy().into_owned();
     match extension.as_str() {
-        "ron" => {
-            let (scene, warnings) = ron::parse(&files::read_text(path, limits::SCENE_FILE_BYTES)?, &name, &base)?;
-            if strict && !warnings.0.is_empty() {
-                let refused = |warning| Diagnostic { severity: Severity::Error, ..warning };
-                return Err(Diagnostics(warnings.0.into_iter().map(refused).collect()));
-            }
-            Ok((scene, warnings))
-        }
+        "ron" => strictly(strict, ron::parse(&files::read_text(path, limits::SCENE_FILE_BYTES)?, &name, &base)?),
+        "gltf" | "glb" | "obj" => strictly(strict, show::load(path, &base)?),
+        "aff" => load_aff_in(path, strict, project).map(|(scene, warnings, _)| (scene, warnings)),
         "nff" | "p3f" => nff::parse(&files::read_text(path, limits::SCENE_FILE_BYTES)?, &name, &base, strict),
         _ => {
             let known = EXTENSIONS.map(|e| format!(".{e}")).join(", ");
@@ -78,23 +82,49 @@ pub fn load_scene_in(path: &Path, strict: bool, project: &Arc<Project>) -> Resul
     }
 }
 
+/// As [`load_scene_in`] for an AFF file, with how it wants to be shown.
+///
+/// # Errors
+/// As [`load_scene_in`].
+pub fn load_aff_in(
+    path: &Path,
+    strict: bool,
+    project: &Arc<Project>,
+) -> Result<(Scene, Diagnostics, AffShow), Diagnostics> {
+    project.record(path, FileRole::Scene);
+    let (scene, warnings, show) = show::load_aff(path, &Folder::around(path, project.clone()))?;
+    let (scene, warnings) = strictly(strict, (scene, warnings))?;
+    Ok((scene, warnings, show))
+}
+
+/// With `strict`, what is not used is wrong.
+fn strictly(strict: bool, read: (Scene, Diagnostics)) -> Result<(Scene, Diagnostics), Diagnostics> {
+    if !strict || read.1.0.is_empty() {
+        return Ok(read);
+    }
+    let refused = |warning| Diagnostic { severity: Severity::Error, ..warning };
+    Err(Diagnostics(read.1.0.into_iter().map(refused).collect()))
+}
+
 /// What to do about a file of a kind that is known and not read, by its ending.
 pub fn advice(extension: &str) -> Option<&'static str> {
     Some(match extension {
-        "obj" | "ply" | "stl" => "this is a mesh: name it in a scene, as mesh: (file: \"...\")",
+        "ply" | "stl" => "this is a mesh: name it in a scene, as mesh: (file: \"...\")",
         "usd" | "usda" | "usdc" | "usdz" => {
-            "OpenUSD is not read: export OBJ or PLY from the program that made it (from Blender: File, Export)"
+            "OpenUSD is not read: export glTF (.glb), OBJ or PLY from the program that made it (from Blender: File, Export)"
         }
         "abc" => {
             "Alembic is not read: export one OBJ or PLY a frame (frame.0001.obj, ...), which a script chooses from by \
              `mesh.file`"
         }
-        "fbx" => "FBX is not read: export OBJ or PLY from the program that made it (from Blender: File, Export)",
+        "fbx" => {
+            "FBX is not read: export glTF (.glb) or OBJ from the program that made it (from Blender: File, Export)"
+        }
         "blend" | "max" | "ma" | "mb" | "c4d" | "3dm" | "skp" => {
-            "this is a project of a modelling program: export OBJ, PLY or STL from it"
+            "this is a project of a modelling program: export glTF (.glb), OBJ, PLY or STL from it"
         }
         "dae" | "3ds" | "x3d" | "wrl" | "off" | "lwo" | "x" | "vtk" => {
-            "this format is not read: convert it to OBJ or PLY (Blender and MeshLab read it)"
+            "this format is not read: convert it to glTF, OBJ or PLY (Blender and MeshLab read it)"
         }
         "step" | "stp" | "iges" | "igs" | "brep" => {
             "solids of CAD programs are not read: export a mesh (STL, OBJ or PLY) from the program that made them"

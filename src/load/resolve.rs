@@ -17,7 +17,7 @@ pub struct Problem {
     /// What to do about it.
     pub help: Option<String>,
     /// Where it is in the file that stands at the path, if it is in there.
-    pub inside: Option<Place>,
+    pub inside: Option<Box<Place>>,
 }
 
 impl Problem {
@@ -29,7 +29,7 @@ impl Problem {
     /// What is wrong with a file that is named at a path.
     pub fn from_file(path: Vec<Step>, problem: Diagnostic) -> Self {
         let Diagnostic { message, help, place, .. } = problem;
-        Problem { path, message, help, inside: place }
+        Problem { path, message, help, inside: place.map(Box::new) }
     }
 
     /// With what to do about it.
@@ -95,6 +95,7 @@ fn references(scene: &Scene, problems: &mut Vec<Problem>) {
     if scene.entities.len() > limits::ENTITIES || scene.materials.len() > limits::MATERIALS {
         problems.push(Problem::new(vec![key("entities")], format!("more than {} entities", limits::ENTITIES)));
     }
+    texts(scene, problems);
     let mut names: FxHashMap<&str, usize> = FxHashMap::default();
     for (i, desc) in scene.entities.iter().enumerate() {
         let Some(name) = desc.name.as_deref() else { continue };
@@ -112,6 +113,13 @@ fn references(scene: &Scene, problems: &mut Vec<Problem>) {
             let message = format!("unknown material `{}` of {}", material.0, desc.label(i));
             problems.push(Problem::new(component_path(i, Kind::MaterialName), message).help(help));
         }
+        if let Some(Component::Skin(skin)) = desc.get(Kind::Skin)
+            && let Some(joint) = skin.joints.iter().find(|joint| !names.contains_key(&***joint))
+        {
+            let path = component_path(i, Kind::Skin).into_iter().chain([key("joints")]).collect();
+            let message = format!("unknown joint `{joint}` of {}", desc.label(i));
+            problems.push(Problem::new(path, message).help(suggestion(joint, names.keys().copied())));
+        }
         if let Some(parent) = parent(desc)
             && !names.contains_key(parent)
         {
@@ -128,7 +136,30 @@ fn references(scene: &Scene, problems: &mut Vec<Problem>) {
         let path = vec![key("camera"), key("focus")];
         problems.push(Problem::new(path, message).help(suggestion(name, names.keys().copied())));
     }
+    if let Some(name) = scene.camera.entity.as_deref().filter(|name| !names.contains_key(name)) {
+        let message = format!("the camera is carried by `{name}`, which does not exist");
+        let path = vec![key("camera"), key("entity")];
+        problems.push(Problem::new(path, message).help(suggestion(name, names.keys().copied())));
+    }
     cycles(scene, &names, problems);
+}
+
+/// Names and tags that are longer than any person's; all other texts must be one of these, or the name of a file.
+fn texts(scene: &Scene, problems: &mut Vec<Problem>) {
+    let mut check = |text: &str, path: &dyn Fn() -> Vec<Step>| {
+        if text.len() > limits::TEXT_BYTES {
+            let message = format!("a text of {} bytes is over the limit of {}", text.len(), limits::TEXT_BYTES);
+            problems.push(Problem::new(path(), message));
+        }
+    };
+    for (i, desc) in scene.entities.iter().enumerate() {
+        let field = |name: &str| vec![key("entities"), Step::Index(i), key(name)];
+        desc.name.iter().for_each(|name| check(name, &|| field("name")));
+        desc.tags.iter().for_each(|tag| check(tag, &|| field("tags")));
+    }
+    for (name, _) in &scene.materials {
+        check(name, &|| vec![key("materials"), key(name)]);
+    }
 }
 
 fn parent(desc: &EntityDesc) -> Option<&str> {
@@ -138,12 +169,19 @@ fn parent(desc: &EntityDesc) -> Option<&str> {
 /// Chains of parents that lead back to themselves or on for too long; each is reported once.
 fn cycles(scene: &Scene, names: &FxHashMap<&str, usize>, problems: &mut Vec<Problem>) {
     let up = |i: usize| parent(&scene.entities[i]).and_then(|name| names.get(name).copied());
-    let mut settled: FxHashSet<usize> = FxHashSet::default();
+    // Entities with all that stands above them, by how many these are.
+    let mut settled: FxHashMap<usize, usize> = FxHashMap::default();
+    let mut is_too_deep = false;
     for start in 0..scene.entities.len() {
         let mut chain = Vec::new();
         let mut on_chain = FxHashSet::default();
         let mut at = up(start).map(|_| start);
-        while let Some(here) = at.filter(|here| !settled.contains(here)) {
+        let mut above = 0;
+        while let Some(here) = at {
+            if let Some(known) = settled.get(&here) {
+                above = *known;
+                break;
+            }
             let mut path = component_path(here, Kind::Transform);
             path.push(key("parent"));
             if !on_chain.insert(here) {
@@ -154,17 +192,18 @@ fn cycles(scene: &Scene, names: &FxHashMap<&str, usize>, problems: &mut Vec<Prob
                 break;
             }
             chain.push(here);
-            if chain.len() > limits::HIERARCHY_DEPTH {
-                let message = format!(
-                    "more than {} parents above {}",
-                    limits::HIERARCHY_DEPTH,
-                    scene.entities[start].label(start)
-                );
-                problems.push(Problem::new(path, message));
-                break;
-            }
             at = up(here);
         }
-        settled.extend(chain);
+        if above + chain.len() > limits::HIERARCHY_DEPTH + 1 && !is_too_deep {
+            is_too_deep = true;
+            let mut path = component_path(start, Kind::Transform);
+            path.push(key("parent"));
+            let label = scene.entities[start].label(start);
+            problems.push(Problem::new(path, format!("more than {} parents above {label}", limits::HIERARCHY_DEPTH)));
+        }
+        for here in chain.into_iter().rev() {
+            above += 1;
+            settled.insert(here, above);
+        }
     }
 }

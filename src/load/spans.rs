@@ -2,6 +2,7 @@
 //!
 //! It is built only when something is wrong, to say where. It knows brackets, strings, comments and words, not types.
 
+use crate::base::diagnostics::suggestion;
 use crate::base::limits;
 
 /// A value and where it stands.
@@ -257,6 +258,20 @@ impl<'a> SyntaxReader<'a> {
         self.at += length;
         length > 0
     }
+}
+
+/// What is wrong with the name of a field beside those that are `good`, and what to do about it.
+pub fn mistake_in_name(
+    key: &str,
+    known: &[&str],
+    good: &[&SyntaxField],
+    owner: &str,
+) -> Option<(String, Option<String>)> {
+    if !known.contains(&key) {
+        return Some((format!("unknown field `{key}` in {owner}"), suggestion(key, known.iter().copied())));
+    }
+    let is_twice = good.iter().any(|other| other.key.as_deref() == Some(key));
+    is_twice.then(|| (format!("`{key}` is given twice in {owner}"), None))
 }
 
 #[cfg(test)]

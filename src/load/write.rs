@@ -7,14 +7,30 @@ use ::ron::ser::PrettyConfig;
 use serde::Serialize;
 
 use super::ron::options;
+use super::write_assets::OfAssets;
 use crate::base::diagnostics::Diagnostic;
 use crate::components::*;
 
 /// The scene as RON; file names in it are made relative to `target` if that is another folder than the scene's.
 ///
+/// Of what an asset brings only what differs from it is written.
+///
 /// # Errors
 /// A value that RON cannot hold, which is a mistake of the program.
 pub fn to_ron(scene: &Scene, target: Option<&Path>) -> Result<String, Diagnostic> {
+    written(scene, target, false)
+}
+
+/// As [`to_ron`], with what assets bring as comments that one can let stand.
+///
+/// # Errors
+/// As [`to_ron`].
+pub fn to_editable_ron(scene: &Scene, target: Option<&Path>) -> Result<String, Diagnostic> {
+    written(scene, target, true)
+}
+
+fn written(scene: &Scene, target: Option<&Path>, offers: bool) -> Result<String, Diagnostic> {
+    let of_assets = OfAssets::new(scene);
     let rebase = |file: &Text| -> Text {
         match target {
             Some(target) if *target != *scene.base => relative(&scene.base.join(&**file), target).into(),
@@ -29,16 +45,25 @@ pub fn to_ron(scene: &Scene, target: Option<&Path>) -> Result<String, Diagnostic
     if !scene.materials.is_empty() {
         out.push_str("    materials: {\n");
         for (name, material) in &scene.materials {
+            let is_known = of_assets.is_material(name, material);
+            if is_known && !offers {
+                continue;
+            }
             let mut material = material.clone();
             material.images().for_each(|image| *image = rebase(image));
-            let _ = writeln!(out, "        {}: {},", line(name)?, line(&material)?);
+            let mark = if is_known { "// " } else { "" };
+            let _ = writeln!(out, "        {mark}{}: {},", line(name)?, line(&material)?);
         }
         out.push_str("    },\n");
     }
     if !scene.entities.is_empty() {
         out.push_str("    entities: [\n");
         for desc in &scene.entities {
-            let _ = writeln!(out, "        {},", line(&rebased(desc, &rebase))?);
+            if let Some(differing) = of_assets.differing(desc) {
+                let _ = writeln!(out, "        {},", line(&rebased(&differing, &rebase))?);
+            } else if let Some(offered) = of_assets.offered(desc).filter(|_| offers) {
+                let _ = writeln!(out, "        // {},", line(&offered)?);
+            }
         }
         out.push_str("    ],\n");
     }
@@ -67,6 +92,10 @@ fn rebased<'a>(desc: &'a EntityDesc, rebase: &impl Fn(&Text) -> Text) -> std::bo
         && let Some(file) = &mesh.file
     {
         let moved = Mesh { file: Some(rebase(file)), ..mesh.clone() };
+        desc.to_mut().put(moved.into());
+    }
+    if let Some(asset) = desc.component::<Asset>() {
+        let moved = Asset { file: rebase(&asset.file), ..asset.clone() };
         desc.to_mut().put(moved.into());
     }
     if let Some(texture) = desc.component::<Texture>() {

@@ -23,6 +23,9 @@ pub struct Format {
     ///
     /// The same arguments give the same bytes. The error says what the format cannot hold.
     pub encode: fn(&Film, &Render, &Metadata) -> Result<Vec<u8>, String>,
+    /// As `encode`, of a picture of this size whose rows come in bands, from the top, each asked for when the one before is
+    /// encoded: to the byte what the whole gives. Bands begin at multiples of sixteen rows of the frame, or at its top.
+    pub encode_rows: EncodeRows,
     /// Colours of a file, top row first, in the file's own units: 0 to 1 of a format for the screen, linear and of any
     /// size otherwise. The error says what is wrong with the file, which may be damaged or hostile.
     pub decode: fn(&[u8]) -> Result<Decoded, String>,
@@ -38,6 +41,9 @@ pub struct Format {
     /// The second argument is the metadata of the file, the third what is to change. `None` if the file is not whole.
     pub relabel: fn(&[u8], &Metadata, &Metadata) -> Option<Vec<u8>>,
 }
+
+/// Encodes a picture of a size, as the settings want it and with these metadata, from rows that are asked for.
+pub type EncodeRows = fn([u32; 2], &Render, &Metadata, &mut dyn FnMut() -> Option<Film>) -> Result<Vec<u8>, String>;
 
 /// The colours of a picture file.
 #[derive(Clone, Debug, PartialEq)]

@@ -39,7 +39,7 @@ pub(super) mod hex {
 pub(super) const HASH: &str = "Hash";
 /// The keyword of the digest of the picture's pixels: a frame's file says what it shows, so that what another tool has
 /// changed is known from what it has only packed otherwise.
-pub(super) const PIXELS: &str = "Pixels";
+pub const PIXELS: &str = "Pixels";
 
 /// The keyword of the hash of the whole frame, in the file of a part of it.
 pub(super) const WHOLE: &str = "Whole";

@@ -2,6 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
+use super::film::FilmFormat;
 use super::format::Format;
 use super::formats::FORMATS;
 
@@ -147,7 +148,11 @@ fn is_plain(name: &str) -> bool {
 fn known(name: &str) -> Result<(), String> {
     match Format::of_path(Path::new(name)) {
         Some(_) => Ok(()),
-        None => Err(format!("-o: pictures are written as {}, not `{name}`", Format::known_extensions())),
+        None => {
+            let films = FilmFormat::ALL.map(|format| format!(".{}", format.ending())).join(" ");
+            let pictures = Format::known_extensions();
+            Err(format!("-o: pictures are written as {pictures}, films as {films}, not `{name}`"))
+        }
     }
 }
 

@@ -118,8 +118,9 @@ async fn answer(State(desk): State<Arc<Desk>>, request: Request) -> Response {
     let Ok(body) = to_bytes(body, limits::PREVIEW_MESSAGE_BYTES).await else {
         return plain(StatusCode::PAYLOAD_TOO_LARGE, "the message is too long\n");
     };
-    let path = parts.uri.path().to_string();
-    let (first, rest) = path[1..].split_once('/').unwrap_or((&path[1..], ""));
+    // What is asked of a proxy has no path at all.
+    let path = parts.uri.path().trim_start_matches('/').to_string();
+    let (first, rest) = path.split_once('/').unwrap_or((&path, ""));
     match (&parts.method, first) {
         (&Method::GET, "") => respond("text/html; charset=utf-8", PAGE.as_bytes().to_vec()),
         (&Method::GET, "state") => state(&desk, query(&parts.uri, "since")).await,

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use super::board::{Order, PageReplyBytes};
-use super::messages::{diagnostic_json, note_json};
+use super::messages::note_json;
 use super::pictures::{CurrentPicture, ShownPicture};
 use super::refining::{self, REFRESH};
 use super::worker::{FrameRow, PreviewWorker};
@@ -178,7 +178,7 @@ impl PreviewWorker {
                 self.fail(&problems);
             }
             Ok(plan) => {
-                self.problems = plan.summary().0.iter().map(diagnostic_json).collect();
+                self.problems = plan.summary().0.iter().map(Diagnostic::to_json).collect();
                 self.rows = plan.frames.iter().take(limits::PREVIEW_FRAMES as usize).map(|one| self.row(one)).collect();
                 self.plan = Some(plan);
                 if !self.show_from_memory() {
@@ -195,7 +195,7 @@ impl PreviewWorker {
         let Ok(fingerprints) = fingerprints else { return };
         let found = shot::advice::advice(shot, &fingerprints);
         if !found.0.is_empty() {
-            self.warnings.extend(found.0.iter().map(diagnostic_json));
+            self.warnings.extend(found.0.iter().map(Diagnostic::to_json));
             self.publish();
         }
     }
@@ -362,11 +362,12 @@ impl PreviewWorker {
         }
         let ended = match ending {
             Err(problems) => {
-                self.problems = problems.0.iter().map(diagnostic_json).collect();
+                self.problems = problems.0.iter().map(Diagnostic::to_json).collect();
                 true
             }
             Ok(ending) => {
-                self.problems.extend(ending.failed.iter().flat_map(|(_, wrong)| wrong.0.iter().map(diagnostic_json)));
+                self.problems
+                    .extend(ending.failed.iter().flat_map(|(_, wrong)| wrong.0.iter().map(Diagnostic::to_json)));
                 !ending.cancelled
             }
         };

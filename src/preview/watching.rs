@@ -24,7 +24,9 @@ const QUIET: Duration = Duration::from_millis(8);
 /// Bursts are not waited for longer than this.
 const LONGEST_BURST: Duration = Duration::from_millis(80);
 /// What an editor has emptied or removed a moment ago it is about to write.
-const HALF_SAVED: Duration = Duration::from_millis(60);
+const HALF_SAVED: Duration = Duration::from_millis(50);
+/// After so many looks it counts as emptied or removed.
+const HALF_SAVED_LOOKS: u32 = 4;
 /// How often files are looked at that raised no event, as on network drives.
 const BEAT: Duration = Duration::from_secs(1);
 
@@ -66,8 +68,7 @@ impl FileWatch {
                 event.paths.into_iter().for_each(|path| drop(of_system.send(Some(path))));
             }
         });
-        let (watched, stops) = (seen.clone(), Arc::downgrade(&seen));
-        drop(watched);
+        let stops = Arc::downgrade(&seen);
         let thread = std::thread::Builder::new().name("file watch".into());
         let started = thread.spawn(move || {
             let mut folders = WatchedFolders { watcher: watcher.ok(), known: BTreeSet::new() };
@@ -129,7 +130,10 @@ fn look(seen: &Mutex<SeenFiles>, names: &BTreeSet<std::ffi::OsString>) -> Vec<Pa
         let then = &known[path];
         then.digest.is_some() && !then.is_empty && (now.digest.is_none() || now.is_empty)
     };
-    if found.iter().any(is_half_saved) {
+    for _ in 0..HALF_SAVED_LOOKS {
+        if !found.iter().any(is_half_saved) {
+            break;
+        }
         std::thread::sleep(HALF_SAVED);
         found = known.iter().filter_map(|(path, then)| Some((path.clone(), differs(path, then)?))).collect();
     }
@@ -209,7 +213,7 @@ impl WatchedFolders {
 mod tests {
     use super::*;
 
-    /// What is heard within two seconds; nothing is as good as silence.
+    /// What is heard within three seconds; nothing is as good as silence.
     fn heard(events: &Receiver<Vec<PathBuf>>) -> Vec<String> {
         let found = events.recv_timeout(Duration::from_secs(3)).unwrap_or_default();
         found.iter().map(|path| path.file_name().unwrap().to_string_lossy().into_owned()).collect()
@@ -252,11 +256,12 @@ mod tests {
         let watch = FileWatch::start(move |found| drop(send.send(found))).unwrap();
         watch.follow([file.clone()]);
         std::thread::sleep(Duration::from_millis(50));
-        for _ in 0..5 {
+        for _ in 0..3 {
             std::fs::read(&file).unwrap();
             std::fs::write(&file, "").unwrap();
-            std::thread::sleep(Duration::from_millis(20));
+            std::thread::sleep(Duration::from_millis(10));
             std::fs::write(&file, "1").unwrap();
+            std::thread::sleep(Duration::from_millis(250));
         }
         std::fs::write(desk.path().join("other"), "x").unwrap();
         assert_eq!(events.recv_timeout(Duration::from_millis(1300)).ok(), None);

@@ -14,7 +14,6 @@ use std::time::Instant;
 use serde_json::{Value, json};
 
 use super::board::{Board, Order, Trial};
-use super::messages::diagnostic_json;
 use super::pictures::CurrentPicture;
 use super::watching::FileWatch;
 use super::{PreviewOptions, describe, trial};
@@ -261,7 +260,7 @@ impl PreviewWorker {
             }
             Ok((shot, warnings)) => {
                 self.frame = self.frame.clamp(1, shot.frames());
-                self.warnings = warnings.0.iter().map(diagnostic_json).collect();
+                self.warnings = warnings.0.iter().map(Diagnostic::to_json).collect();
                 self.problems.clear();
                 let count = shot.frames().min(limits::PREVIEW_FRAMES) as usize;
                 if self.rows.len() != count {
@@ -283,7 +282,7 @@ impl PreviewWorker {
     pub(super) fn fail(&mut self, problems: &Diagnostics) {
         let (said, wrong): (Vec<_>, Vec<_>) = problems.0.iter().partition(|one| one.severity == Severity::Note);
         self.printed = said.iter().map(|one| one.message.clone()).collect();
-        self.problems = wrong.iter().map(|one| diagnostic_json(one)).collect();
+        self.problems = wrong.iter().map(|one| one.to_json()).collect();
         self.publish();
     }
 

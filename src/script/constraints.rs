@@ -192,16 +192,17 @@ fn apply(scene: &SceneHandle, constraint: &Constraint) -> Fallible<()> {
         (above, target)
     };
     let mut transform = entity.transform();
+    if transform.matrix.is_some() {
+        // A map that is given whole is taken apart, so that it can be turned.
+        let map = transform.matrix();
+        set_map(&mut transform, map);
+        if transform.matrix.is_some() && !matches!(constraint.kind, ConstraintKind::Copy) {
+            return complain(format!("{} has a `matrix` that shears: it cannot be turned alone", entity.label()), None);
+        }
+    }
     match constraint.kind {
         ConstraintKind::Copy => {
-            let local = above.inverse() * target;
-            let Some((translation, rotation, scale)) = decompose(&local) else {
-                return complain(
-                    format!("{} cannot be copied: in the space of its parent it is sheared", entity.label()),
-                    None,
-                );
-            };
-            (transform.translation, transform.rotation, transform.scale) = (translation, rotation, Scale(scale));
+            set_map(&mut transform, above.inverse() * target);
         }
         ConstraintKind::LookAt { up } => {
             let at = above.inverse().transform_point3(target.translation);
@@ -248,10 +249,23 @@ fn attach(entity: &mut EntityHandle, target: &Dynamic) -> Fallible<()> {
     let Some(name) = name else {
         return complain(format!("{label} needs a name for others to be attached to it"), None);
     };
-    let Some((translation, rotation, scale)) = decompose(&(above.inverse() * entity.placement())) else {
-        return complain(format!("in the space of {label}, {} is sheared", entity.label()), None);
-    };
-    entity.put(Transform { translation, rotation, scale: Scale(scale), parent: Some(name) }.into())
+    let mut transform = Transform { parent: Some(name), ..Transform::default() };
+    set_map(&mut transform, above.inverse() * entity.placement());
+    entity.put(transform.into())
+}
+
+/// Makes a transform stand for a map: by translation, rotation and scale, or by its matrix where these cannot give it.
+fn set_map(transform: &mut Transform, map: DAffine3) {
+    match decompose(&map) {
+        Some((translation, rotation, scale)) => {
+            (transform.translation, transform.rotation, transform.scale) = (translation, rotation, Scale(scale));
+            transform.matrix = None;
+        }
+        None => {
+            let [x, y, z] = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis];
+            transform.matrix = Some([x, y, z, map.translation]);
+        }
+    }
 }
 
 /// Puts an entity on a path, looking along it.
@@ -259,6 +273,9 @@ fn follow(entity: &mut EntityHandle, path: &PathHandle, t: &Dynamic, keeps_rotat
     entity.alive()?;
     let frame = path.0.frame(number(t)?);
     let mut transform = entity.transform();
+    if transform.matrix.is_some() {
+        return complain(format!("{} has a `matrix`: it cannot be moved alone", entity.label()), None);
+    }
     transform.translation = frame.position;
     if !keeps_rotation {
         transform.rotation = euler_degrees(frame.matrix());

@@ -6,7 +6,21 @@ use glam::DVec3;
 
 use crate::components::*;
 
-/// The scene that examples are run in: a ball and a box with the tag `toy`, a lamp called `key`, a material `brass`.
+/// A clip in which a node called `Head` goes through these rotations, a second from one to the next.
+fn clip(name: &str, rotations: [[f32; 4]; 3]) -> Clip {
+    let track = Track {
+        node: "Head".into(),
+        property: TrackProperty::Rotation,
+        interpolation: KeyInterpolation::Linear,
+        times: vec![0.0, 1.0, 2.0],
+        values: rotations.concat(),
+        width: 4,
+    };
+    Clip { name: name.into(), tracks: vec![track] }
+}
+
+/// The scene that examples are run in: a ball and a box with the tag `toy`, a lamp called `key`, a material `brass`, and an
+/// asset `robot` with a node `Head` and the clips `Nod` and `Turn`.
 pub fn demo_scene() -> Arc<Scene> {
     let toy = |name: &str, shape: Component, x: f64| {
         let place = Transform { translation: DVec3::new(x, 0.5, 0.0), ..Transform::default() };
@@ -15,12 +29,20 @@ pub fn demo_scene() -> Arc<Scene> {
         desc
     };
     let above = Transform { translation: DVec3::new(0.0, 4.0, 1.0), ..Transform::default() };
+    let still = [0.0, 0.0, 0.0, 1.0];
+    let clips =
+        vec![clip("Nod", [still, [0.6, 0.0, 0.0, 0.8], still]), clip("Turn", [still, [0.0, 0.6, 0.0, 0.8], still])];
+    let data = Arc::new(AssetData { clips, ..AssetData::default() });
+    let robot = Asset { file: "robot.glb".into(), data, ..Asset::default() };
+    let on_robot = Transform { parent: Some("robot".into()), ..Transform::default() };
     Arc::new(Scene {
         materials: vec![("brass".into(), Material::default())],
         entities: vec![
             toy("ball", Sphere::default().into(), -1.0),
             toy("box", AABox::default().into(), 1.0),
             EntityDesc::new([above.into(), AreaLight::default().into()]).named("key"),
+            EntityDesc::new([robot.into()]).named("robot"),
+            EntityDesc::new([on_robot.into()]).named("robot/Head"),
         ],
         ..Scene::default()
     })

@@ -2,13 +2,15 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use ::rhai::{Dynamic, ImmutableString, Map};
+use ::rhai::{Dynamic, Map};
 use glam::DVec3;
 
+use super::clips;
 use super::constraints::Constraints;
 use super::context::ScriptContext;
 use super::convert::{describe, number, to_dynamic, to_value};
 use super::errors::{Fallible, complain};
+use super::fields::{checked, known_entity, known_material, known_parent, set_field, text, unknown_entity};
 use super::overlay::{Marks, Overlay};
 use super::random::Generator;
 use super::vocabulary::field_of_material;
@@ -59,6 +61,8 @@ enum RecordPath {
 }
 
 const TRANSFORM_FIELDS: [&str; 4] = ["translation", "rotation", "scale", "parent"];
+/// The first of these that an entity has is what its `color` is of.
+const LIGHTS: [Kind; 4] = [Kind::AreaLight, Kind::PointLight, Kind::SpotLight, Kind::DirectionalLight];
 const ANGLES: [(&str, usize); 3] = [("pitch", 0), ("yaw", 1), ("roll", 2)];
 
 impl SceneHandle {
@@ -205,41 +209,6 @@ impl SceneHandle {
     }
 }
 
-fn known_material(overlay: &Overlay, name: &str) -> Fallible<usize> {
-    match overlay.find_material(name) {
-        Some(index) => Ok(index),
-        None => {
-            let names = overlay.material_names();
-            complain(format!("there is no material `{name}`"), suggestion(name, names.iter().map(|n| &**n)))
-        }
-    }
-}
-
-fn text(value: &Dynamic, what: &str) -> Fallible<Text> {
-    match value.read_lock::<ImmutableString>() {
-        Some(text) if text.len() <= limits::TEXT_BYTES => Ok(text.as_str().into()),
-        _ => complain(format!("{what}: expected a text, found {}", describe(value)), None),
-    }
-}
-
-fn checked(record: &dyn Record, owner: &str) -> Fallible<()> {
-    record.check().or_else(|invalid| complain(format!("{owner}: {}", invalid.message), None))
-}
-
-/// Sets one field of a record and says what is wrong with it, if anything.
-fn set_field(record: &mut dyn Record, field: &str, value: &Dynamic, owner: &str) -> Fallible<()> {
-    let Some(value) = to_value(value) else {
-        return complain(format!("`{field}` of {owner} cannot hold this"), None);
-    };
-    match record.set(field, &value) {
-        Ok(()) => Ok(()),
-        Err(FieldError::Unknown { known }) => {
-            complain(format!("unknown field `{field}` of {owner}"), suggestion(field, known.iter().copied()))
-        }
-        Err(FieldError::Mismatch(m)) => complain(format!("`{field}` of {owner}: {}", m.message), m.help),
-    }
-}
-
 impl RecordHandle {
     fn owner(&self) -> String {
         let overlay = self.scene.lock();
@@ -315,31 +284,23 @@ impl RecordHandle {
     }
 }
 
-fn known_entity(overlay: &Overlay, name: &str) -> Fallible<()> {
-    if overlay.find(name).is_some() {
-        return Ok(());
-    }
-    unknown_entity(overlay, name)
-}
-
-fn unknown_entity<T>(overlay: &Overlay, name: &str) -> Fallible<T> {
-    if overlay.was_removed(name) {
-        return complain(format!("entity `{name}` was removed"), None);
-    }
-    let names = overlay.names();
-    complain(format!("there is no entity `{name}`"), suggestion(name, names.iter().map(|n| &**n)))
-}
-
-fn known_parent(overlay: &Overlay, component: &Component) -> Fallible<()> {
-    match Transform::of(component).and_then(|transform| transform.parent.as_ref()) {
-        Some(parent) => known_entity(overlay, parent),
-        None => Ok(()),
-    }
-}
-
 impl EntityHandle {
     pub(super) fn label(&self) -> String {
         self.scene.lock().label(self.index)
+    }
+
+    pub(super) fn name(&self) -> Option<Text> {
+        self.scene.lock().name(self.index)
+    }
+
+    pub(super) fn component(&self, kind: Kind) -> Option<Component> {
+        self.scene.lock().component(self.index, kind).cloned()
+    }
+
+    /// Another entity of the scene, if it is there.
+    pub(super) fn find(&self, name: &str) -> Option<EntityHandle> {
+        let index = self.scene.lock().find(name);
+        index.map(|index| self.scene.entity(index))
     }
 
     pub(super) fn alive(&self) -> Fallible<()> {
@@ -357,7 +318,7 @@ impl EntityHandle {
     /// The kind of the one light that the entity carries.
     fn light(&self) -> Option<Kind> {
         let overlay = self.scene.lock();
-        [Kind::AreaLight, Kind::PointLight].into_iter().find(|kind| overlay.component(self.index, *kind).is_some())
+        LIGHTS.into_iter().find(|kind| overlay.component(self.index, *kind).is_some())
     }
 
     fn unknown<T>(&self, property: &str) -> Fallible<T> {
@@ -384,6 +345,9 @@ impl EntityHandle {
         }
         if let ("color", Some(kind)) = (property, self.light()) {
             return self.scene.record(RecordPath::Component(self.index, kind)).get("color");
+        }
+        if property == "clips" {
+            return clips::all(self).map(Dynamic::from);
         }
         if let Some(value) = world::property(self, property) {
             return value;
@@ -428,9 +392,14 @@ impl EntityHandle {
         }
         match property {
             "name" => return complain("an entity's name cannot be changed", None),
-            _ if world::PROPERTIES.contains(&property) => {
-                let help = "set `translation`, `rotation` and `scale`, which are relative to the parent".to_string();
-                return complain(format!("`{property}` of {} is only read", self.label()), Some(help));
+            _ if property == "clips" || world::PROPERTIES.contains(&property) => {
+                // What was read comes back unchanged from a method that was called on it.
+                if to_value(&self.get(property)?) == to_value(&value) {
+                    return Ok(());
+                }
+                let help = "set `translation`, `rotation` and `scale`, which are relative to the parent";
+                let help = (property != "clips").then(|| help.to_string());
+                return complain(format!("`{property}` of {} is only read", self.label()), help);
             }
             "tags" => {
                 let value = to_value(&value).unwrap_or(Value::Unit);
@@ -468,6 +437,10 @@ impl EntityHandle {
             let RecordPath::Component(other, other_kind) = handle.place else {
                 return complain(format!("expected a {}", kind.name()), None);
             };
+            if kind == Kind::Asset {
+                let help = Some("write the asset in the scene once more".into());
+                return complain("the nodes of an asset are read with the scene, and are not copied with it", help);
+            }
             let copied = self.scene.lock().component(other, other_kind).cloned();
             return match copied.filter(|_| other_kind == kind) {
                 Some(component) => self.put(component),

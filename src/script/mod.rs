@@ -24,6 +24,8 @@
 //! It stands in one table (`table`): each function with its registration, its text and an example that runs as a test; the
 //! guide is made from it.
 
+mod clip_frames;
+mod clips;
 mod closures;
 mod constraints;
 mod context;
@@ -35,6 +37,7 @@ mod easing;
 mod engine;
 mod errors;
 pub mod examples;
+mod fields;
 mod handles;
 pub mod host;
 pub mod idioms;
@@ -70,7 +73,9 @@ use std::sync::Arc;
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, Subject};
 use crate::base::files;
 use crate::base::project::{FileRole, Folder, Project};
+use crate::base::rate::Rate;
 use crate::components::{Edit, Scene};
+pub use clip_frames::ClipFrames;
 use host::{HostCommand, HostPool};
 use interpreter::Interpreter;
 pub use parameters::{Parameter, ParameterKind};
@@ -109,6 +114,7 @@ pub type Moment = (u32, f64);
 enum Evaluator {
     Here(Box<Interpreter>),
     Hosted(Box<HostPool>),
+    Clip(ClipFrames),
 }
 
 impl Program {
@@ -141,6 +147,22 @@ impl Program {
         let given = defines.iter().map(|(_, value)| value.clone()).collect();
         let project = project.clone();
         Ok(Program { evaluator, header, has_setup, place_of_scene, folder, project, given, journal })
+    }
+
+    /// The sequence that a clip is from its start to its end, in so many frames; `file` is where it was read from.
+    pub fn of_clip(clip: ClipFrames, frames: u32, file: &Path, project: &Arc<Project>) -> Program {
+        let seconds = clip.span[1] - clip.span[0];
+        let rate = Rate::from_number(f64::from(frames - 1) / seconds).unwrap_or(Rate::USUAL);
+        Program {
+            evaluator: Evaluator::Clip(clip),
+            header: Header { scene: None, rate, frames, mode: TimeMode::Clip, seed: 0, steps_per_frame: 1 },
+            has_setup: false,
+            place_of_scene: Place::file(&*file.to_string_lossy()),
+            folder: file.parent().unwrap_or(Path::new("")).to_path_buf(),
+            project: project.clone(),
+            given: Vec::new(),
+            journal: Journal::new(&file.to_string_lossy()),
+        }
     }
 
     /// What the script says of its sequence.
@@ -230,6 +252,7 @@ impl Program {
             match &self.evaluator {
                 Evaluator::Here(interpreter) => interpreter.place_of(scene, time, subject.part, subject.component),
                 Evaluator::Hosted(pool) => pool.place_of(scene, time, subject),
+                Evaluator::Clip(_) => None,
             }
         };
         subject.component.and_then(|component| of(Some(component))).or_else(|| of(None))
@@ -249,6 +272,7 @@ impl Program {
                 outcome
             }
             Evaluator::Hosted(pool) => pool.call(scene, time, &self.journal),
+            Evaluator::Clip(clip) => clip.call(&self.header, scene, time),
         }
     }
 }

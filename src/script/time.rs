@@ -123,6 +123,11 @@ pub struct FrameTime {
 }
 
 impl FrameTime {
+    /// How far the sequence has come, as its mode promises.
+    pub fn share(&self) -> f64 {
+        self.t
+    }
+
     /// `offset` is in frames from the frame's own time. `t` stays in the range that its mode promises: a loop begins
     /// anew, a clip stands still at its ends.
     pub fn new(header: &Header, number: u32, offset: f64, seed: u64, state: Dynamic) -> Self {

@@ -1,6 +1,6 @@
 //! Where things are in the world: after their parents and their motion, as the frame stands at the moment of asking.
 //!
-//! The rule for it is that of the systems ([`placement_below`], [`Shape::support`]): a script measures what is rendered.
+//! The rule for it is that of the systems ([`world_placement`], [`Shape::support`]): a script measures what is rendered.
 
 use ::rhai::{Dynamic, Map};
 use glam::{DAffine3, DVec3};
@@ -11,7 +11,7 @@ use super::handles::EntityHandle;
 use super::overlay::Overlay;
 use super::table::{Chapter, Function};
 use crate::base::limits;
-use crate::components::transform::placement_below;
+use crate::components::transform::world_placement;
 use crate::components::*;
 
 /// Properties of an entity that say where it is.
@@ -31,11 +31,13 @@ pub fn ancestry(overlay: &Overlay, entity: usize) -> Vec<usize> {
 
 /// The map from an entity's local space to the world, at a time of the shutter.
 pub fn placement(overlay: &Overlay, entity: usize, time: f64) -> DAffine3 {
-    ancestry(overlay, entity).into_iter().rev().fold(DAffine3::IDENTITY, |above, index| {
-        let transform = overlay.component(index, Kind::Transform).and_then(Transform::of);
-        let motion = overlay.component(index, Kind::Motion).and_then(Motion::of);
-        placement_below(above, transform, motion, time)
-    })
+    world_placement(
+        entity,
+        |index| overlay.component(index, Kind::Transform).and_then(Transform::of),
+        |index| overlay.component(index, Kind::Motion).and_then(Motion::of),
+        |name| overlay.find(name),
+        time,
+    )
 }
 
 /// A box in the world around the shapes of one entity; `None` without a shape that ends somewhere.

@@ -5,10 +5,9 @@ use rustc_hash::FxHashMap;
 
 use super::Shot;
 use super::fingerprint::Fingerprint;
-use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart};
-use crate::base::limits;
+use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::components::shapes::world_bounds;
-use crate::components::transform::placement_below;
+use crate::components::transform::world_placement;
 use crate::components::*;
 
 /// Frames whose scenes are looked at, spread over the sequence: the first and the last are among them.
@@ -43,6 +42,14 @@ pub fn advice(shot: &mut Shot, fingerprints: &[Fingerprint]) -> Diagnostics {
     if let Some(unseen) = unseen(shot, &scenes, count) {
         found.push(unseen);
     }
+    if let Some((first, scene)) = scenes.first() {
+        for (index, field, message) in idle_fields(scene) {
+            let subject = Subject { part: ScenePart::Material(index), component: None, field: Some(field) };
+            let mut warning = Diagnostic::warning(message).about(subject);
+            shot.input.find_place(&mut warning, *first);
+            found.push(warning);
+        }
+    }
     found
 }
 
@@ -60,7 +67,7 @@ fn at_script(shot: &Shot, warning: Diagnostic) -> Diagnostic {
 fn is_dark(scene: &Scene) -> bool {
     let render = &scene.render;
     let is_path_traced = matches!(render.integrator, Integrator::Path | Integrator::Photon);
-    let surroundings = render.background != DVec3::ZERO || render.environment.is_some() || render.sky.is_some();
+    let surroundings = render.background != DVec3::ZERO || render.has_environment();
     let emits = |material: &Material| material.emission != DVec3::ZERO;
     let is_lamp =
         |desc: &EntityDesc| Kind::ALL.iter().any(|kind| kind.role() == Role::Light && desc.get(*kind).is_some());
@@ -70,19 +77,66 @@ fn is_dark(scene: &Scene) -> bool {
     !is_lit && scene.entities.iter().any(|desc| shapes_of(desc).next().is_some())
 }
 
+/// Fields of materials that are given and that their models do not look at: which material, which field, and what to say.
+fn idle_fields(scene: &Scene) -> Vec<(usize, &'static str, String)> {
+    let usual = Material::default();
+    let mut found = Vec::new();
+    for (index, (name, material)) in scene.materials.iter().enumerate() {
+        let is_principled = material.model == Model::Principled;
+        let is_metal = material.model == Model::Conductor;
+        let lets_through = !matches!(material.model, Model::Lambert | Model::Conductor | Model::Plastic | Model::Unlit);
+        let has_facets = !matches!(material.model, Model::BlinnPhong | Model::Lambert | Model::Unlit);
+        let idle = [
+            ("metallic", material.metallic != usual.metallic && !is_principled, "`Principled`"),
+            ("thin", material.thin != usual.thin && !is_principled, "`Principled`"),
+            (
+                "priority",
+                material.priority != usual.priority && !lets_through,
+                "`BlinnPhong`, `Dielectric` and `Principled`",
+            ),
+            ("eta", material.eta != usual.eta && !is_metal, "`Conductor`"),
+            (
+                "roughness",
+                material.roughness != usual.roughness && !has_facets,
+                "`Conductor`, `Dielectric`, `Plastic` and `Principled`",
+            ),
+        ];
+        for (field, _, models) in idle.into_iter().filter(|(_, is_idle, _)| *is_idle) {
+            let model = material.model.name();
+            found.push((
+                index,
+                field,
+                format!("material `{name}`: `{field}` is not used by `{model}`, only by {models}"),
+            ));
+        }
+    }
+    found
+}
+
 fn shapes_of(desc: &EntityDesc) -> impl Iterator<Item = &dyn Shape> {
     Kind::ALL.iter().filter_map(|kind| desc.get(*kind)?.shape())
 }
 
-/// A warning about entities that stand outside the picture whenever it was looked at.
+/// Whether the material of an entity emits light.
+fn shines(scene: &Scene, desc: &EntityDesc) -> bool {
+    let worn = desc.get(Kind::MaterialName).and_then(MaterialName::of);
+    let material = worn.and_then(|worn| scene.materials.iter().find(|(name, _)| *name == worn.0));
+    material.is_some_and(|(_, material)| material.emission != DVec3::ZERO)
+}
+
+/// A warning about entities with names that stand outside the picture whenever it was looked at.
 fn unseen(shot: &Shot, scenes: &[(u32, Scene)], count: usize) -> Option<Diagnostic> {
     let (first, scene) = scenes.first()?;
     // What a frame spawns has no number of its own: an entity is the same one while all scenes have as many.
     if scenes.iter().any(|(_, other)| other.entities.len() != scene.entities.len()) {
         return None;
     }
-    let mut hidden: Vec<usize> =
-        (0..scene.entities.len()).filter(|i| shapes_of(&scene.entities[*i]).next().is_some()).collect();
+    // What is scattered without names may well lie anywhere, and what shines is meant to be seen by its light.
+    let is_meant = |index: &usize| {
+        let desc = &scene.entities[*index];
+        desc.name.is_some() && shapes_of(desc).next().is_some() && !shines(scene, desc)
+    };
+    let mut hidden: Vec<usize> = (0..scene.entities.len()).filter(is_meant).collect();
     for (_, scene) in scenes {
         let view = View::new(&scene.camera, scene.render.size);
         let placements = Placements::new(scene);
@@ -152,16 +206,14 @@ impl<'a> Placements<'a> {
         Placements { scene, by_name: scene.entities.iter().enumerate().filter_map(named).collect() }
     }
 
-    fn transform(&self, index: usize) -> Option<&'a Transform> {
-        self.scene.entities[index].get(Kind::Transform).and_then(Transform::of)
-    }
-
     fn of(&self, index: usize) -> DAffine3 {
-        let parent = |index: &usize| self.by_name.get(self.transform(*index)?.parent.as_deref()?).copied();
-        let chain: Vec<usize> = std::iter::successors(Some(index), parent).take(limits::HIERARCHY_DEPTH).collect();
-        chain.into_iter().rev().fold(DAffine3::IDENTITY, |above, index| {
-            let motion = self.scene.entities[index].get(Kind::Motion).and_then(Motion::of);
-            placement_below(above, self.transform(index), motion, 0.0)
-        })
+        let entities = &self.scene.entities;
+        world_placement(
+            index,
+            |index| entities[index].get(Kind::Transform).and_then(Transform::of),
+            |index| entities[index].get(Kind::Motion).and_then(Motion::of),
+            |name| self.by_name.get(name).copied(),
+            0.0,
+        )
     }
 }

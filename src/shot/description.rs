@@ -71,6 +71,14 @@ impl Facts<'_> {
                 self.add(Topic::Entity, subject, kind.name(), content);
                 self.record(Topic::Entity, subject, &prefix, mesh, default.record());
             }
+            // What bends a mesh is told by its digest beside the fields that scripts change.
+            Component::Skin(_) | Component::Morph(_) => {
+                let content = component.data_digest().map_or_else(|| "there".into(), short);
+                self.add(Topic::Entity, subject, kind.name(), content);
+                self.record(Topic::Entity, subject, &prefix, component.record(), default.record());
+            }
+            // The entities that come from it are told themselves.
+            Component::Asset(_) => {}
             Component::Motion(_)
             | Component::Sphere(_)
             | Component::Triangle(_)
@@ -80,7 +88,10 @@ impl Facts<'_> {
             | Component::Cone(_)
             | Component::Texture(_)
             | Component::PointLight(_)
-            | Component::AreaLight(_) => {
+            | Component::AreaLight(_)
+            | Component::SpotLight(_)
+            | Component::DirectionalLight(_)
+            | Component::Viewpoint(_) => {
                 self.add(Topic::Entity, subject, kind.name(), "there".into());
                 self.record(Topic::Entity, subject, &prefix, component.record(), default.record());
             }

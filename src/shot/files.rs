@@ -2,6 +2,7 @@
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::limits;
+use crate::components::ImagePlane;
 use crate::load::image;
 use crate::systems::{self, FileRequest, Stage};
 
@@ -16,9 +17,9 @@ pub fn load_images(stage: &mut Stage) -> Result<(), Diagnostics> {
         let named = systems::named_images(stage);
         stage.files_mut().images.0.retain(|key, _| named.contains(key));
     }
-    for FileRequest { file, decoded, owner, subject } in missing {
+    for FileRequest { file, plane, owner, subject } in missing {
         let base = stage.base().clone();
-        let loaded = image::fetch(&mut stage.files_mut().images, &base, &file, decoded);
+        let loaded = image::fetch(&mut stage.files_mut().images, &base, &file, plane);
         loaded.map_err(|e| Diagnostic { message: format!("{owner}: {}", e.message), ..e }.about(subject))?;
     }
     Ok(())
@@ -30,7 +31,8 @@ pub fn load_images(stage: &mut Stage) -> Result<(), Diagnostics> {
 /// A file that cannot be read.
 pub fn load_all(stage: &mut Stage) -> Result<(), Diagnostics> {
     load_images(stage)?;
-    let Some(FileRequest { file, decoded, subject, .. }) = systems::missing_environment(stage) else { return Ok(()) };
+    let Some(FileRequest { file, plane, subject, .. }) = systems::missing_environment(stage) else { return Ok(()) };
+    let decoded = plane == ImagePlane::Srgb;
     let base = stage.base().clone();
     let source = image::read_surroundings(&mut stage.files_mut().images, &base, &file, decoded);
     let source = source.map_err(|e| e.about(subject))?;

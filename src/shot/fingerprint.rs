@@ -227,12 +227,12 @@ impl BaseFingerprint {
                 emitter_colors.push(EmitterColor { emitter: EmitterId::Material(index), color: material.emission });
             }
         }
-        parts[FramePart::Camera as usize] = self.record(camera, |_, class| class != FieldClass::Lens);
+        let pose = &mut parts[FramePart::Camera as usize];
+        *pose = pose.with(self.record(camera, |_, class| class != FieldClass::Lens));
         parts[FramePart::Lens as usize] = self.record(camera, |_, class| class == FieldClass::Lens);
         let brightness = render.environment_color().0;
-        parts[FramePart::Settings as usize] = self.record(render, |field, class| {
-            field != brightness && class != FieldClass::Invisible && is_set(render, field)
-        });
+        parts[FramePart::Settings as usize] =
+            self.record(render, |field, class| field != brightness && class != FieldClass::Invisible);
         let colors = &mut parts[FramePart::LightColors as usize];
         *colors = colors.with(self.record(render, |field, _| field == brightness));
         let is_sum = is_sum(camera, render);
@@ -274,6 +274,9 @@ impl BaseFingerprint {
         let unseen = [FieldClass::Film, FieldClass::Invisible];
         hasher.digest(self.record(render, |_, class| !unseen.contains(&class)));
         hasher.digest(self.record(camera, |_, class| class == FieldClass::Shutter));
+        // Photons are stored relative to an origin near the camera.
+        crate::systems::origin_for(camera.from).to_array().into_iter().for_each(|x| hasher.number(x));
+        hasher.digest(self.record(camera, |field, _| field == "entity"));
         hasher.finish()
     }
 
@@ -348,7 +351,10 @@ impl BaseFingerprint {
                 Role::Placement if is_light => add(FramePart::Lights, &|_| true),
                 Role::Placement => add(FramePart::Transforms, &|_| true),
                 Role::Surface => add(FramePart::Materials, &|_| true),
-                Role::Shape => add(FramePart::Geometry, &|_| true),
+                Role::Shape | Role::Deformation => add(FramePart::Geometry, &|_| true),
+                Role::View => add(FramePart::Camera, &|_| true),
+                // The entities that come from it are parts of the frame themselves.
+                Role::Source => {}
             }
         }
         parts
@@ -398,11 +404,11 @@ fn is_light(desc: &EntityDesc) -> bool {
     desc.components().iter().any(|component| component.kind().role() == Role::Light)
 }
 
-/// Not while a shutter is open, nor if the focus follows an entity or motion is one of the layers.
+/// Not while a shutter is open, nor if camera or focus follow an entity or motion is one of the layers.
 fn has_static_camera(camera: &Camera, render: &Render) -> bool {
     let follows = matches!(camera.focus, Some(Focus::Entity(_))) && camera.focus_distance.is_none();
     let is_instant = camera.shutter.y <= camera.shutter.x && !render.aovs.contains(&Aov::Motion);
-    is_local(render.integrator) && is_instant && (!follows || camera.lens_radius() == 0.0)
+    is_local(render.integrator) && is_instant && camera.entity.is_none() && (!follows || camera.lens_radius() == 0.0)
 }
 
 /// Whether a pixel depends on nothing but what its own rays meet, and is a sum over lights.
@@ -434,12 +440,6 @@ fn count(counts: &mut SceneCounts, desc: &EntityDesc, sign: i64) {
     counts.lights += sign * i64::from(is_light(desc));
     let shapes = desc.components().iter().filter_map(Component::shape);
     counts.primitives += sign * shapes.map(|shape| shape.primitive_count() as i64).sum::<i64>();
-}
-
-/// Whether a field of the settings counts: where there is no region, frames have the digests that they had before one could
-/// be set.
-fn is_set(render: &Render, field: &str) -> bool {
-    field != "region" || render.region.is_some()
 }
 
 /// Camera rays and the rays that follow from them, each as deep as the tree over the primitives.

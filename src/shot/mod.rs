@@ -9,6 +9,7 @@
 
 pub mod advice;
 mod assets;
+mod bands;
 pub mod chunks;
 mod description;
 mod files;
@@ -29,14 +30,15 @@ use assets::Assets;
 use fingerprint::{BaseFingerprint, Fingerprint};
 pub use shutter::Slice;
 
-use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart};
+use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, ScenePart};
+use crate::base::limits;
 use crate::base::project::{Access, FileRole, Folder, Project};
 use crate::base::rate::Rate;
 use crate::components::{Accel, Aov, Edit, Integrator, Render, Scene};
 use crate::load;
 use crate::load::mesh::MeshFiles;
 use crate::output::names::Target;
-use crate::script::{Evaluation, Parameter, Program};
+use crate::script::{ClipFrames, Evaluation, Parameter, Program};
 use crate::systems::{self, Stage};
 
 /// Settings of the command line; they have the last word in every frame.
@@ -160,11 +162,15 @@ pub fn open_in(input: &Path, options: OpenOptions, project: Arc<Project>) -> Res
     let path = input.to_path_buf();
     let name = input.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let source = input.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let is_script = input.extension().is_some_and(|e| e.eq_ignore_ascii_case("rhai"));
-    if !is_script {
+    let ends_in = |ending: &str| input.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
+    if ends_in("aff") {
+        let keep = Keep { scene: keep_scene, unpacked: _unpacked };
+        return open_clip(input, &defines, strict, overrides, project, keep);
+    }
+    if !ends_in("rhai") {
         if let Some((define, _)) = defines.first() {
             let message = format!("-D {define}: only a script has parameters, and {source} is a scene");
-            return Err(Diagnostic::error(message).because(crate::base::diagnostics::Cause::Usage).into());
+            return Err(Diagnostic::error(message).because(Cause::Usage).into());
         }
         let (scene, warnings) = load::load_scene_in(input, strict, &project)?;
         let scene = Arc::new(scene);
@@ -213,6 +219,55 @@ fn in_setup(program: &Program, scene: &Arc<Scene>, mut problems: Diagnostics) ->
         problem.place = Some(place.unwrap_or_else(|| program.place()));
     }
     problems
+}
+
+/// What a shot keeps beside what its frames are made from.
+struct Keep {
+    scene: bool,
+    unpacked: Option<Arc<tempfile::TempDir>>,
+}
+
+/// Opens a file that is a sequence without a script.
+fn open_clip(
+    input: &Path,
+    defines: &[(String, String)],
+    strict: bool,
+    overrides: Overrides,
+    project: Arc<Project>,
+    keep: Keep,
+) -> Result<(Shot, Diagnostics), Diagnostics> {
+    let frames = frames_of(defines)?;
+    let (scene, warnings, show) = load::load_aff_in(input, strict, &project)?;
+    let name = input.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let source = input.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let entity = scene.entities.first().and_then(|desc| desc.name.clone()).unwrap_or_else(|| name.as_str().into());
+    let clip = ClipFrames { entity, clip: load::aff::CLIP.into(), span: show.time };
+    let program = Program::of_clip(clip, frames.unwrap_or(show.frames), input, &project);
+    let rest = Arc::new(scene);
+    let (authored, _unpacked) = (keep.scene.then(|| rest.clone()), keep.unpacked);
+    let stage = systems::spawn(Scene::clone(&rest))?;
+    let base = BaseFingerprint::new(rest.clone(), Assets::new(rest.base.clone()));
+    let settings = rest.render.clone();
+    let (path, meshes) = (input.to_path_buf(), MeshFiles::default());
+    let program = Some((program, rest));
+    let (scene_file, entities_as_written) = (Some((path.clone(), project.clone())), true);
+    let input = Input { program, base, settings, overrides, meshes, scene_file, entities_as_written };
+    Ok((Shot { name, source, stage, input, path, project, authored, _unpacked }, warnings))
+}
+
+/// The number of frames that `-D frames=N` gives a sequence without a script.
+fn frames_of(defines: &[(String, String)]) -> Result<Option<u32>, Diagnostics> {
+    let usage = |message: String| Diagnostics::from(Diagnostic::error(message).because(Cause::Usage));
+    let mut frames = None;
+    for (name, value) in defines {
+        if name != "frames" {
+            return Err(usage(format!("-D {name}: this file has no parameter but `frames`")));
+        }
+        let count = value.parse().ok().filter(|count| (1..=limits::FRAMES).contains(count));
+        let expected = || usage(format!("-D frames={value}: expected a whole number from 1 to {}", limits::FRAMES));
+        frames = Some(count.ok_or_else(expected)?);
+    }
+    Ok(frames)
 }
 
 impl Input {

@@ -1,5 +1,6 @@
 //! The plan of a run: every wanted frame as data, and what is there of it already.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,7 +12,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::Shot;
 use super::chunks::{self, Chunks, FrameCost};
 use super::fingerprint::{Fingerprint, FramePart};
-use super::reuse::light_mix::{self, LightMix, LightMixes};
+use super::reuse::light_mix::{self, LightMix, LightMixes, window_of};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, ranges};
 use crate::base::digest::{Digest, Hasher};
 use crate::components::Scene;
@@ -140,8 +141,9 @@ pub fn make_until(shot: &mut Shot, wanted: &[u32], target: Target, cancel: &Atom
         let now = fingerprint.as_ref().ok().cloned();
         let changes =
             now.as_ref().zip(before.as_ref()).map(|(now, before): (&Fingerprint, &Fingerprint)| now.changes(before));
-        let light_mix =
-            now.as_ref().filter(|now| now.is_sum).and_then(|now| light_mixes.get(&now.hash_without_colors())).cloned();
+        let of_window = light_mixes.get(&window_of(*frame));
+        let light_mix = now.as_ref().filter(|now| now.is_sum).zip(of_window);
+        let light_mix = light_mix.and_then(|(now, mixes)| mixes.get(&now.hash_without_colors())).cloned();
         let hash =
             now.as_ref().map(|now| light_mix.as_ref().map_or_else(|| now.hash(), |light_mix| light_mix.hash_of(now)));
         let hash = hash.unwrap_or_default();
@@ -312,28 +314,35 @@ fn find_shared_work(frames: &mut [PlannedFrame]) {
     }
 }
 
-/// The light mixes of the whole sequence, whatever part of it is wanted; none if no wanted frame could belong to one.
+/// The light mixes of all windows with wanted frames in them, whatever part of a window is wanted; none of windows of
+/// which no wanted frame could belong to one.
 fn light_mixes_of(
     shot: &Shot,
     wanted: &[u32],
     fingerprints: &[Result<Fingerprint, Diagnostics>],
     cancel: &AtomicBool,
-) -> LightMixes {
-    let known: FxHashMap<u32, &Fingerprint> = wanted
-        .iter()
-        .zip(fingerprints)
-        .filter_map(|(frame, fingerprint)| Some((*frame, fingerprint.as_ref().ok()?)))
-        .collect();
-    if shot.frames() < 2 || !known.values().any(|fingerprint| fingerprint.is_sum) {
-        return LightMixes::default();
+) -> FxHashMap<u32, LightMixes> {
+    let mut windows: BTreeMap<u32, FxHashMap<u32, &Fingerprint>> = BTreeMap::new();
+    for (frame, fingerprint) in wanted.iter().zip(fingerprints) {
+        if let Ok(fingerprint) = fingerprint {
+            windows.entry(window_of(*frame)).or_default().insert(*frame, fingerprint);
+        }
     }
-    let missing: Vec<u32> = (1..=shot.frames()).filter(|frame| !known.contains_key(frame)).collect();
-    let others: Vec<Fingerprint> = missing
-        .par_iter()
-        .filter(|_| !cancel.load(Ordering::Relaxed))
-        .filter_map(|frame| shot.input.fingerprint(*frame))
-        .collect();
-    light_mix::find(&shot.input.base, known.into_values().chain(&others))
+    if shot.frames() < 2 {
+        return FxHashMap::default();
+    }
+    windows.retain(|_, known| known.values().any(|fingerprint| fingerprint.is_sum));
+    let of_window = |(window, known): (u32, FxHashMap<u32, &Fingerprint>)| {
+        let frames = light_mix::frames_of(window, shot.frames());
+        let missing: Vec<u32> = frames.filter(|frame| !known.contains_key(frame)).collect();
+        let others: Vec<Fingerprint> = missing
+            .par_iter()
+            .filter(|_| !cancel.load(Ordering::Relaxed))
+            .filter_map(|frame| shot.input.fingerprint(*frame))
+            .collect();
+        (window, light_mix::find(&shot.input.base, known.into_values().chain(&others)))
+    };
+    windows.into_iter().map(of_window).collect()
 }
 
 /// Sees to it that every one of these frames can be rendered; gives them as data.

@@ -9,6 +9,7 @@ use std::time::Instant;
 use rustc_hash::FxHashMap;
 
 use super::Shot;
+use super::bands::{self, BandedFrame, FrameSize};
 use super::plan::{Plan, PlannedFrame};
 use super::reuse::ReuseCache;
 pub use super::reuse::ReusePolicy;
@@ -18,7 +19,9 @@ use crate::base::{files, limits};
 use crate::components::Render;
 use crate::film::Film;
 use crate::output::manifest::Manifest;
-use crate::output::{self, FileState, Format, Metadata, Provenance, WriteFailure, frame_metadata, with_whole};
+use crate::output::{
+    self, FileState, Format, Metadata, Provenance, WriteFailure, frame_metadata, provenance_metadata, with_whole,
+};
 use crate::systems::{self, FrameStats, PartialFrame};
 
 /// What happens while a shot is rendered.
@@ -103,10 +106,18 @@ struct RenderedFrame {
     frames: Vec<(Provenance, PathBuf)>,
     /// The hash of the whole frame, of a tile.
     whole: Option<Digest>,
-    film: Film,
+    content: FrameContent,
     render: Render,
     stats: FrameStats,
     start: Instant,
+}
+
+/// A picture before it is written.
+enum FrameContent {
+    /// Means of samples.
+    Film(Box<Film>),
+    /// The file of the first of its frames: it was made in bands.
+    Encoded(Vec<u8>),
 }
 
 type Watch<'a> = &'a (dyn Fn(Event) + Sync);
@@ -297,19 +308,44 @@ fn render_frame(
     if let Some((mix, (film, render, stats))) = mixed {
         check_assets(shot)?;
         let render = mix.settings(&shot.input.base, fingerprint, &render);
-        return Ok(Some(RenderedFrame { frames, whole: whole_frame, film, render, stats, start }));
+        let content = FrameContent::Film(film.into());
+        return Ok(Some(RenderedFrame { frames, whole: whole_frame, content, render, stats, start }));
     }
     let mut partial = PartialFrame::default();
     if let Some(mix) = mix {
         partial.light_groups = mix.light_groups.clone();
     }
-    reuse_cache.lend(shot, run, index, &mut partial);
     let frame = planned.frame;
     let progress = |done, total| watch(Event::Tiles { frame, done, total });
+    shot.stage.set_frames_left((run.len() - index) as u32);
+    let slices = shot.input.slices(frame)?;
+    let settings = bands::settings_of(&slices, &shot.input.settings).clone();
+    let size = bands::size_of_frame(&settings, factors.len() + 1);
+    if size != FrameSize::Huge {
+        reuse_cache.lend(shot, run, index, &mut partial);
+    }
+    // Where slices or photons are many, each band would have to make them again.
+    let is_at_one_go = mix.is_none() && slices.len() == 1 && settings.turns(1) == 1;
+    let in_bands = match size {
+        FrameSize::Usual => false,
+        FrameSize::Large => is_at_one_go && partial.tile_cache.is_none(),
+        FrameSize::Huge => true,
+    };
+    if in_bands {
+        let light_groups = std::mem::take(&mut partial.light_groups);
+        let (provenance, file) = (&planned.provenance(&shot.source), planned.file.as_path());
+        let banded =
+            BandedFrame { frame, slices, settings, light_groups, factors, provenance, whole: whole_frame, file };
+        let made = bands::render(shot, &banded, format_of(file)?, cancel, &progress)?;
+        check_assets(shot)?;
+        let rendered = made.map(|(bytes, stats)| {
+            let (content, render) = (FrameContent::Encoded(bytes), banded.settings.clone());
+            RenderedFrame { frames, whole: whole_frame, content, render, stats, start }
+        });
+        return Ok(rendered);
+    }
     let (mut render, mut whole) = (Render::default(), true);
     let Shot { stage, input, .. } = shot;
-    stage.set_frames_left((run.len() - index) as u32);
-    let slices = input.slices(frame)?;
     input.with_slices(stage, frame, slices, |stage, share| {
         super::files::load_all(stage)?;
         render = stage.settings();
@@ -327,7 +363,8 @@ fn render_frame(
     if let Some(mix) = mix {
         reuse_cache.keep_light_groups(mix, films, &render, stats.seed, &run[index + 1..]);
     }
-    Ok(Some(RenderedFrame { frames, whole: whole_frame, film, render, stats, start }))
+    let content = FrameContent::Film(film.into());
+    Ok(Some(RenderedFrame { frames, whole: whole_frame, content, render, stats, start }))
 }
 
 fn check_assets(shot: &Shot) -> Result<(), Diagnostics> {
@@ -343,11 +380,16 @@ fn write_all(
     failed: &AtomicBool,
 ) -> Result<Vec<FailedFrame>, Diagnostic> {
     let mut unwritten = Vec::new();
-    for RenderedFrame { frames, whole, film, render, stats, start } in pictures {
+    for RenderedFrame { frames, whole, content, render, stats, start } in pictures {
         let mut reused = FrameSource::None;
         for (provenance, file) in frames {
             let metadata = with_whole(frame_metadata(&provenance, stats.seed, &render), whole);
-            let written = encode(&film, &render, &metadata, &file)
+            let encoded = match &content {
+                FrameContent::Film(film) => encode(film, &render, &metadata, &file).map(Cow::Owned),
+                FrameContent::Encoded(bytes) if reused == FrameSource::None => Ok(Cow::Borrowed(bytes.as_slice())),
+                FrameContent::Encoded(bytes) => relabel(bytes, &provenance, &file).map(Cow::Owned),
+            };
+            let written = encoded
                 .map_err(|problem| WriteFailure { problem: problem.into(), is_general: false })
                 .and_then(|bytes| write(manifest, &provenance, &file, &bytes));
             match written {
@@ -379,6 +421,15 @@ fn write_all(
 pub fn encode(film: &Film, render: &Render, metadata: &Metadata, file: &Path) -> Result<Vec<u8>, Diagnostic> {
     let failed = |why: String| Diagnostic::error(format!("cannot encode {}: {why}", file.display())).because(Cause::Io);
     (format_of(file)?.encode)(film, render, metadata).map_err(failed)
+}
+
+/// The file of another frame with the same pixels, made from the first one that was encoded.
+fn relabel(bytes: &[u8], provenance: &Provenance, file: &Path) -> Result<Vec<u8>, Diagnostic> {
+    let format = format_of(file)?;
+    let known = (format.read_header)(bytes).ok().map(|header| header.metadata);
+    let changed = provenance_metadata(provenance);
+    let relabelled = known.and_then(|known| (format.relabel)(bytes, &known, &changed));
+    relabelled.ok_or_else(|| Diagnostic::bug("a file that was just encoded cannot be read"))
 }
 
 /// Sees to it that a file can hold what the settings ask for.

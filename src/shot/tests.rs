@@ -44,7 +44,7 @@ fn flip(before: &Value, set: SetField) -> bool {
     let vector = Value::Vec3(DVec3::new(0.25, 0.5, 0.75));
     let list = |item: &Value, n: usize| Value::List(vec![item.clone(); n]);
     let mut values = vec![Value::Bool(true), Value::Bool(false), Value::Int(3), Value::Int(8), Value::Number(0.375)];
-    values.extend([vector.clone(), list(&vector, 2), list(&vector, 3), Value::Map(Vec::new())]);
+    values.extend([vector.clone(), list(&vector, 2), list(&vector, 3), list(&vector, 4), Value::Map(Vec::new())]);
     values.extend([2, 3, 4].map(|n| list(&Value::Int(5), n)));
     values.push(list(&list(&Value::Int(0), 3), 1));
     values.extend([1, 3].map(|n| list(&list(&Value::Number(0.375), 2), n)));
@@ -66,7 +66,8 @@ fn flip(before: &Value, set: SetField) -> bool {
 
 #[test]
 fn every_field_of_every_component_decides_the_hash() {
-    for kind in Kind::ALL {
+    // An asset is what its file holds, and no edit of a frame changes it.
+    for kind in Kind::ALL.iter().copied().filter(|kind| *kind != Asset::KIND) {
         let mut scene = scene();
         let mut component = kind.default_component();
         if let Component::MaterialName(name) = &mut component {
@@ -74,8 +75,8 @@ fn every_field_of_every_component_decides_the_hash() {
         }
         scene.entities.push(EntityDesc::new([component.clone()]));
         let before = hash(&scene, &[]);
-        // Of a file it is the content that counts, and `frame` says which file it is.
-        for field in kind.fields().iter().filter(|field| !["file", "frame"].contains(field)) {
+        // Of a file it is the content that counts, and `frame` says which file it is; `names` are only read.
+        for field in kind.fields().iter().filter(|field| !["file", "frame", "names"].contains(field)) {
             let mut changed = component.clone();
             let set = &mut |value: &Value| {
                 changed = component.clone();
@@ -241,6 +242,27 @@ fn shards_are_the_whole_in_order_and_cost_about_the_same() {
             all.extend(plan.frames.iter().map(|planned| planned.frame));
         }
         assert_eq!(all, (1..=90).collect::<Vec<u32>>());
+    }
+}
+
+/// A lamp that grows brighter all the time: what it is a sum of depends on the window of 64 frames alone.
+#[test]
+fn one_frame_of_a_long_script_costs_the_evaluation_of_its_window() {
+    let script = "animation(#{ frames: 150 });\n\
+                  fn setup(s) { s.spawn(#{ name: \"key\", point_light: #{} }); s.spawn(#{ sphere: #{} }); }\n\
+                  fn frame(s, f) { print(\"seen\"); s.get(\"key\").color = [0.01 * f.number, 0.1, 0.1]; }";
+    let (_folder, mut all) = shot(script);
+    let whole = planned(&mut all);
+    let unit = |planned: &plan::PlannedFrame| planned.light_mix.as_ref().unwrap().light_groups.emitters[0].1;
+    assert_eq!([1, 64, 65, 128, 129].map(|frame: usize| unit(&whole.frames[frame - 1])), [1.0, 1.0, 2.0, 2.0, 2.0]);
+    for (frame, window) in [(3, "1-64"), (100, "65-128"), (150, "129-150")] {
+        let (_folder, mut shot) = shot(script);
+        let target = Target::Pattern { before: "nowhere/s.".into(), digits: 4, after: ".png".into() };
+        let plan = plan::make(&mut shot, &[frame], target).unwrap();
+        assert_eq!(plan.frames[0].hash, whole.frames[frame as usize - 1].hash);
+        let said = shot.take_printed().join("\n");
+        assert!(said.contains(&format!("frames {window}")) || said.contains(window), "{said}");
+        assert!(!said.contains("1-150"), "{said}");
     }
 }
 

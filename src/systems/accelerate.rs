@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use super::stage::{AccelKey, BuiltAccelerator, Stage};
-use crate::components::{Integrator, Render};
+use crate::base::diagnostics::Diagnostic;
+use crate::base::memory;
+use crate::components::{Accel, Integrator, Render};
 use crate::trace::accel::Accelerator;
 use crate::trace::integrator::SampleSubset;
 use crate::trace::primitive::Geometry;
@@ -15,13 +17,22 @@ const RAYS_PER_SAMPLE: f64 = 8.0;
 /// The accelerator over these columns: the one that was built before if they and its settings are the same and it was
 /// built for as many rays as are expected, or a new one; and whether it is new.
 ///
-/// `share` says for how many of a picture's samples the World stands as it does.
-pub fn update(stage: &mut Stage, share: SampleSubset, geometry: &Arc<Geometry>) -> (Arc<Accelerator>, bool) {
+/// `share` says for how many of a picture's samples the World stands as it does, `of_picture` what part of its pixels are
+/// traced now, 0 to 1.
+///
+/// # Errors
+/// More memory is needed than may be used.
+pub fn update(
+    stage: &mut Stage,
+    share: SampleSubset,
+    of_picture: f64,
+    geometry: &Arc<Geometry>,
+) -> Result<(Arc<Accelerator>, bool), Diagnostic> {
     let settings = stage.settings();
     let key = AccelKey { choice: settings.accel, density: settings.grid_density };
-    let of_picture = rays_of(&settings);
-    let now = of_picture / f64::from(share.of);
-    let at_most = of_picture * f64::from(stage.frames_left);
+    let rays = rays_of(&settings);
+    let now = rays * of_picture / f64::from(share.of);
+    let at_most = rays * f64::from(stage.frames_left);
     let before = stage.derived.accelerator.take();
     // One that lasted so long is expected to last as long again, and the first one as long as there are frames.
     let expected = before.as_ref().map_or(at_most, |before| before.served.max(now).min(at_most));
@@ -34,6 +45,7 @@ pub fn update(stage: &mut Stage, share: SampleSubset, geometry: &Arc<Geometry>) 
     let mut built = match before {
         Some(before) if !is_new => before,
         before => {
+            check_memory(geometry.len() as u64, settings.accel)?;
             let known = before.as_ref().map(|before| &*before.accelerator);
             let accelerator = Accelerator::rebuild(geometry, key.choice, key.density, expected, known);
             // A tree that was only refitted goes on serving; a new one starts to.
@@ -44,7 +56,18 @@ pub fn update(stage: &mut Stage, share: SampleSubset, geometry: &Arc<Geometry>) 
     built.served += now;
     let accelerator = built.accelerator.clone();
     stage.derived.accelerator = Some(built);
-    (accelerator, is_new)
+    Ok((accelerator, is_new))
+}
+
+/// Bytes that an accelerator takes for each primitive while it is built: what is sorted, and what comes of it. Measured
+/// on spheres and triangles, and rounded up.
+fn check_memory(primitives: u64, accel: Accel) -> Result<(), Diagnostic> {
+    let bytes = match accel {
+        Accel::Brute => 64,
+        Accel::Auto | Accel::Bvh => 160,
+        Accel::Grid => 320,
+    };
+    memory::check(primitives * bytes, || format!("{primitives} primitives and the structure that finds them"))
 }
 
 /// Rays that a picture is expected to take: rather more than it does.

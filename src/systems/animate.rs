@@ -208,10 +208,10 @@ fn touch(stage: &mut Stage, index: usize, now: Option<&Component>, kind: Kind) {
                 stage.revisions.hierarchy += 1;
             }
         }
-        Role::Shape => stage.revisions.shapes += 1,
+        Role::Shape | Role::Deformation => stage.revisions.shapes += 1,
         // Textures and lights are taken from the World for every frame.
         Role::Surface if kind != MaterialName::KIND => {}
-        Role::Light => {}
+        Role::Light | Role::View | Role::Source => {}
         Role::Surface => {
             stage.revisions.shapes += 1;
             stage.derived.unresolved.push(index);

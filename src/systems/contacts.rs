@@ -13,7 +13,7 @@
 //! | two transparent bodies, flush | the same, back |
 //!
 //! Contacts are found between flat faces (of boxes, caps, triangles, planes and meshes) that overlap, and between equal
-//! spheres. How far something moves follows from its own size and place and what it touches, so that a frame stays a
+//! spheres; meshes that skins and morphs bend are left out. How far something moves follows from its own size and place and what it touches, so that a frame stays a
 //! function of its scene; reuse between frames counts a body as changed if it is moved otherwise.
 
 use std::collections::BTreeMap;
@@ -21,12 +21,14 @@ use std::collections::BTreeMap;
 use glam::{DAffine3, DVec2, DVec3};
 
 use super::hierarchy::Placement;
+use super::origin::{relative, render_origin};
+use super::shapes::from_origin_of;
 use super::stage::{MaterialIndex, Stage};
 use crate::base::diagnostics::Diagnostic;
 use crate::base::limits;
 use crate::components::*;
 
-/// How far a body moves, as a share of its size and of its distance from the origin: some twenty times what coordinates
+/// How far a body moves, as a share of its size and of its distance from the origin of the space that is traced: some twenty times what coordinates
 /// are rounded by.
 const STEP: f64 = 1.5e-5;
 /// Planes that differ by less than this, as a share of the same, are one.
@@ -36,7 +38,7 @@ const MOST_STEPS: usize = 8;
 /// Corners of the polygon that stands for the cap of a cone.
 const CAP_CORNERS: u32 = 16;
 
-/// Where bodies are moved, by authored index, as maps of the world.
+/// Where bodies are moved, by authored index, as maps of the space that is traced.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContactNudges(BTreeMap<usize, DAffine3>);
 
@@ -150,6 +152,7 @@ impl Contacts {
             if this.faces.len() + shape.primitive_count() > limits::CONTACT_FACES {
                 return;
             }
+            let map = &from_origin_of(shape, *map);
             for piece in shape.pieces().iter() {
                 let at = |i: u32| map.transform_point3(piece.data.vertices[i as usize].as_dvec3());
                 piece.data.triangles.iter().for_each(|t| this.face(body, t.map(at).to_vec()));
@@ -169,9 +172,14 @@ impl Contacts {
         order: u8,
         mut add: impl FnMut(&mut Self, usize, &T, &DAffine3),
     ) -> Result<(), Diagnostic> {
-        type Parts<'q, T> = (&'q T, Option<&'q Placement>, Option<&'q MaterialIndex>);
-        stage.for_each_in_order::<Parts<T>>(|index, (shape, placement, material)| {
-            let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
+        type Parts<'q, T> =
+            (&'q T, Option<&'q Placement>, Option<&'q MaterialIndex>, Option<&'q Skin>, Option<&'q Morph>);
+        let origin = render_origin(stage);
+        stage.for_each_in_order::<Parts<T>>(|index, (shape, placement, material, skin, morph)| {
+            if skin.is_some() || morph.is_some() {
+                return Ok(());
+            }
+            let map = relative(placement, origin);
             let material = material.and_then(|m| stage.world.get::<&Material>(stage.materials[m.0 as usize]).ok());
             let transparent = material.as_ref().is_some_and(|m| m.is_transparent());
             let priority = material.as_ref().map_or(0, |m| m.priority);

@@ -1,6 +1,6 @@
 //! World -> columns of primitives for the kernel, in authored order.
 //!
-//! Shapes go into world space here, in `f64`, and become `f32` last. A shape whose transform keeps it similar stays
+//! Shapes go into the space that is traced here, in `f64`, and become `f32` last. A shape whose transform keeps it similar stays
 //! the analytic shape it is; any other affine map makes it a transformed shape. What each shape becomes stands in
 //! [`super::shapes`].
 
@@ -10,7 +10,9 @@ use glam::{DAffine3, DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
 use super::contacts::{ContactNudges, contact_nudges};
+use super::deform::{self, Deformed};
 use super::hierarchy::Placement;
+use super::origin::{relative, render_origin};
 use super::stage::{Despawned, MaterialIndex, Stage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::base::limits;
@@ -37,11 +39,11 @@ pub fn materials(stage: &Stage) -> Vec<ShadingParams> {
 /// More primitives than the kernel can number; a map that squashes a shape flat.
 pub fn update(stage: &mut Stage) -> Result<Arc<Geometry>, Diagnostics> {
     let key = stage.geometry_key();
-    let before = match &stage.derived.geometry {
-        Some((known, geometry)) if *known == key => return Ok(geometry.clone()),
-        Some((_, geometry)) => Some(geometry),
-        None => None,
-    };
+    if let Some((_, geometry)) = stage.derived.geometry.as_ref().filter(|(known, _)| *known == key) {
+        return Ok(geometry.clone());
+    }
+    deform::update(stage)?;
+    let before = stage.derived.geometry.as_ref().map(|(_, geometry)| geometry);
     let extracted = Extraction::new(stage).run()?;
     let geometry = match before {
         Some(before) if **before == extracted => before.clone(),
@@ -57,6 +59,8 @@ const FARTHEST: f64 = 1e9;
 /// The columns while they are filled.
 pub(super) struct Extraction<'a> {
     stage: &'a Stage,
+    /// World space; the columns are filled relative to it.
+    pub(super) origin: DVec3,
     /// Whether each material shows both sides; the last entry is the default material's.
     sides: Vec<bool>,
     /// Whether light goes through, by material index; as `sides`.
@@ -72,7 +76,7 @@ pub(super) struct Extraction<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct ShapePlacement {
     entity: u32,
-    /// From the shape's local space to the world.
+    /// From the shape's local space to the one that is traced.
     pub(super) map: DAffine3,
     material: u32,
     both_sides: bool,
@@ -82,6 +86,15 @@ pub(super) struct ShapePlacement {
 
 /// A component that is a shape, as primitives of the kernel.
 pub(super) trait ExtractShape: hecs::Component {
+    /// Whether anything is left of it under a map that squashes it flat.
+    const CAN_BE_FLAT: bool = false;
+
+    /// The shape as it is bent, and whether it then stands in the space that is traced.
+    fn bent<'a>(&'a self, bent: Option<&'a Deformed>) -> (&'a Self, bool) {
+        let _ = bent;
+        (self, false)
+    }
+
     /// Adds the primitives of the shape to the columns.
     fn extract(&self, placed: &ShapePlacement, out: &mut Extraction);
 }
@@ -102,16 +115,30 @@ impl ShapePlacement {
         ShapePlacement { closed, ..self }
     }
 
+    /// What goes with it, under another map.
+    pub(super) fn under(&self, map: DAffine3) -> ShapePlacement {
+        ShapePlacement { map, ..*self }
+    }
+
     pub(super) fn point(&self, p: DVec3) -> Vec3 {
         self.map.transform_point3(p).as_vec3()
     }
 
     /// Normals go by the inverse transpose; its sign is that of the determinant, so mirrors keep the outside outside.
     pub(super) fn normal(&self, n: DVec3) -> Vec3 {
+        self.exact_normal(n).as_vec3()
+    }
+
+    pub(super) fn exact_normal(&self, n: DVec3) -> DVec3 {
         let m = self.map.matrix3;
         let cofactor =
             glam::DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
-        (cofactor * n * m.determinant().signum()).normalize_or_zero().as_vec3()
+        (cofactor * n * m.determinant().signum()).normalize_or_zero()
+    }
+
+    /// Whether the map squashes everything flat: there is no way back then, and no normal but that of the plane.
+    pub(super) fn is_flat(&self) -> bool {
+        self.map.matrix3.determinant() == 0.0
     }
 
     pub(super) fn is_mirrored(&self) -> bool {
@@ -133,12 +160,15 @@ impl<'a> Extraction<'a> {
         let lets_through = |e: &hecs::Entity| stage.world.get::<&Material>(*e).is_ok_and(|m| m.is_transparent());
         let transparent = stage.materials.iter().map(lets_through).chain([false]).collect();
         let mut uses: FxHashMap<_, (Arc<MeshData>, u32)> = FxHashMap::default();
-        for mesh in stage.world.query::<&Mesh>().without::<&Despawned>().iter() {
+        let mut own = stage.world.query::<(&Mesh, Option<&Deformed>)>().without::<&Despawned>();
+        for (mesh, _) in own.iter().filter(|(_, bent)| bent.is_none()) {
             for piece in mesh.pieces().iter() {
                 uses.entry(Arc::as_ptr(&piece.data)).or_insert_with(|| (piece.data.clone(), 0)).1 += 1;
             }
         }
-        Extraction { stage, sides, transparent, uses, nudges: contact_nudges(stage), geometry: Geometry::default() }
+        let origin = render_origin(stage);
+        let nudges = contact_nudges(stage);
+        Extraction { stage, origin, sides, transparent, uses, nudges, geometry: Geometry::default() }
     }
 
     fn run(mut self) -> Result<Geometry, Diagnostics> {
@@ -168,15 +198,13 @@ impl<'a> Extraction<'a> {
     fn each<T: ExtractShape>(&mut self) -> Result<(), Diagnostic> {
         let stage = self.stage;
         let default_material = (self.sides.len() - 1) as u32;
-        type Parts<'q, T> = (&'q T, Option<&'q Placement>, Option<&'q MaterialIndex>);
-        stage.for_each_in_order::<Parts<T>>(|index, (shape, placement, material)| {
-            let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
+        type Parts<'q, T> = (&'q T, Option<&'q Deformed>, Option<&'q Placement>, Option<&'q MaterialIndex>);
+        stage.for_each_in_order::<Parts<T>>(|index, (shape, bent, placement, material)| {
+            let (shape, in_world) = shape.bent(bent);
+            let map = if in_world { DAffine3::IDENTITY } else { relative(placement, self.origin) };
             let map = self.nudges.of(index).map_or(map, |nudge| *nudge * map);
-            if map.matrix3.determinant() == 0.0 || !map.to_cols_array().iter().all(|x| x.abs() <= FARTHEST) {
-                let message = format!("{} is scaled to nothing or beyond reach", stage.label(index));
-                let part = ScenePart::Entity(index);
-                let subject = Subject { part, component: Some(Kind::Transform.name()), field: None };
-                return Err(Diagnostic::error(message).about(subject));
+            if !shows(stage, index, &map, T::CAN_BE_FLAT)? {
+                return Ok(());
             }
             let material = material.map_or(default_material, |material| material.0);
             let both_sides = self.sides[material as usize];
@@ -187,6 +215,30 @@ impl<'a> Extraction<'a> {
             Ok(())
         })
     }
+}
+
+/// The transform of an entity, as what a mistake is about.
+fn transform_of(index: usize) -> Subject {
+    Subject { part: ScenePart::Entity(index), component: Some(Kind::Transform.name()), field: None }
+}
+
+/// Whether anything is left of a shape under a map.
+fn shows(stage: &Stage, index: usize, map: &DAffine3, can_be_flat: bool) -> Result<bool, Diagnostic> {
+    if !map.to_cols_array().iter().all(|x| x.abs() <= FARTHEST) {
+        let message = format!("{} is scaled or moved beyond reach", stage.label(index));
+        return Err(Diagnostic::error(message).about(transform_of(index)));
+    }
+    if map.matrix3.determinant() != 0.0 {
+        return Ok(true);
+    }
+    let [x, y, z] = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis];
+    let has_area = [x.cross(y), y.cross(z), z.cross(x)].iter().any(|normal| *normal != DVec3::ZERO);
+    if has_area && !can_be_flat {
+        let message = format!("{} is scaled flat, which only meshes and triangles can be", stage.label(index));
+        let diagnostic = Diagnostic::error(message).help("scaled by 0 on two axes or more, it does not show");
+        return Err(diagnostic.about(transform_of(index)));
+    }
+    Ok(has_area)
 }
 
 /// Authored index of a named entity that is there.

@@ -19,7 +19,8 @@ enum VisitState {
     Waiting,
     /// On the way from a child to its root.
     Open,
-    Done(DAffine3),
+    /// Placed; with how many entities there are from its root to it, both included.
+    Done(DAffine3, usize),
 }
 
 /// Brings placements and references up to date with the edits that were made since.
@@ -42,7 +43,7 @@ pub fn update(stage: &mut Stage) -> Result<(), Diagnostics> {
     }
     for (index, state) in progress.into_iter().enumerate() {
         let placement = match state {
-            VisitState::Done(matrix) => Some(matrix),
+            VisitState::Done(matrix, _) => Some(matrix),
             VisitState::Waiting | VisitState::Open => None,
         };
         put_placement(stage, index, placement);
@@ -100,11 +101,11 @@ fn place(
 ) -> Result<(), Diagnostic> {
     chain.clear();
     let mut at = Some(index);
-    let mut matrix = DAffine3::IDENTITY;
+    let (mut matrix, mut above) = (DAffine3::IDENTITY, 0);
     while let Some(here) = at {
         match progress[here] {
-            VisitState::Done(known) => {
-                matrix = known;
+            VisitState::Done(known, depth) => {
+                (matrix, above) = (known, depth);
                 break;
             }
             VisitState::Open => return Err(cycle(stage, chain, here)),
@@ -112,9 +113,8 @@ fn place(
         }
         progress[here] = VisitState::Open;
         chain.push(here);
-        if chain.len() > limits::HIERARCHY_DEPTH {
-            let message = format!("{} has more than {} parents", stage.label(index), limits::HIERARCHY_DEPTH);
-            return Err(Diagnostic::error(message).about(parent_field(index)));
+        if chain.len() > limits::HIERARCHY_DEPTH + 1 {
+            return Err(too_deep(stage, index));
         }
         at = parent_of(stage, here)?;
         if let Some(parent) = at {
@@ -122,11 +122,21 @@ fn place(
             hierarchy.children.entry(parent).or_default().push(here);
         }
     }
+    // The part of the way that others have gone before counts as well.
+    if above + chain.len() > limits::HIERARCHY_DEPTH + 1 {
+        return Err(too_deep(stage, index));
+    }
     for here in chain.drain(..).rev() {
         matrix = below(stage, here, matrix);
-        progress[here] = VisitState::Done(matrix);
+        above += 1;
+        progress[here] = VisitState::Done(matrix, above);
     }
     Ok(())
+}
+
+fn too_deep(stage: &Stage, index: usize) -> Diagnostic {
+    let message = format!("{} has more than {} parents", stage.label(index), limits::HIERARCHY_DEPTH);
+    Diagnostic::error(message).about(parent_field(index))
 }
 
 fn parent_of(stage: &Stage, index: usize) -> Result<Option<usize>, Diagnostic> {

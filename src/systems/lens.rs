@@ -1,13 +1,14 @@
 //! The World's camera -> camera rays: where the lens is focused, and the seed that goes with the pose.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use super::extract::find;
 use super::hierarchy::Placement;
+use super::origin::origin_for;
 use super::stage::Stage;
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::base::random::hash_words;
-use crate::components::{Camera, Focus};
+use crate::components::{Camera, Check, Focus, Viewpoint};
 use crate::trace::camera::CameraRays;
 
 /// Camera rays for the World as it stands.
@@ -15,9 +16,42 @@ use crate::trace::camera::CameraRays;
 /// # Errors
 /// A focus on an entity that does not exist or does not lie before the camera.
 pub fn camera_rays(stage: &Stage, size: [u32; 2]) -> Result<CameraRays, Diagnostics> {
-    let camera = stage.camera();
+    let camera = placed_camera(stage)?;
     let distance = focus_distance(stage, &camera)?;
-    Ok(CameraRays::new(&camera, size, distance))
+    let origin = origin_for(camera.from);
+    Ok(CameraRays::new(&seen_from(origin, camera), size, distance))
+}
+
+/// The camera where it stands in a space with another origin.
+pub(super) fn seen_from(origin: DVec3, camera: Camera) -> Camera {
+    Camera { from: camera.from - origin, at: camera.at - origin, ..camera }
+}
+
+/// The camera where it stands: where the entity is that carries it, if one does.
+///
+/// # Errors
+/// An entity that does not exist, or whose transform leaves the camera no direction.
+pub fn placed_camera(stage: &Stage) -> Result<Camera, Diagnostic> {
+    let camera = stage.camera();
+    let Some(name) = camera.entity.clone() else { return Ok(camera) };
+    let index = find(stage, &name).ok_or_else(|| {
+        let unknown = format!("the camera is carried by `{name}`, which does not exist");
+        Diagnostic::error(unknown).suggest(&name, stage.names.keys().map(|text| &**text))
+    })?;
+    let entity = stage.entities[index];
+    let map = stage.world.get::<&Placement>(entity).map_or(DAffine3::IDENTITY, |placement| placement.0);
+    let (ahead, up) = ((-map.matrix3.z_axis).normalize_or_zero(), map.matrix3.y_axis.normalize_or_zero());
+    let fov = stage.world.get::<&Viewpoint>(entity).map_or(camera.fov, |viewpoint| viewpoint.fov);
+    let focal_length = camera.focal_length.filter(|_| stage.world.get::<&Viewpoint>(entity).is_err());
+    let from = map.translation;
+    let at = from + ahead * camera.from.distance(camera.at);
+    let f_stop = camera.f_stop.filter(|_| focal_length.is_some());
+    let aperture = camera.lens_radius();
+    let placed = Camera { from, at, up, fov, focal_length, f_stop, aperture, ..camera };
+    placed
+        .check()
+        .map_err(|_| Diagnostic::error(format!("the camera is carried by `{name}`, which is scaled to nothing")))?;
+    Ok(placed)
 }
 
 fn focus_distance(stage: &Stage, camera: &Camera) -> Result<f64, Diagnostic> {

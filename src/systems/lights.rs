@@ -3,10 +3,12 @@
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::hierarchy::Placement;
+use super::origin::{relative, render_origin};
 use super::stage::Stage;
 use crate::base::diagnostics::Diagnostic;
-use crate::components::{AreaLight, ComponentType, Falloff, Kind, PointLight, Render};
-use crate::trace::light::Lamp;
+use crate::base::math::sin_cos_degrees;
+use crate::components::{AreaLight, ComponentType, DirectionalLight, Falloff, Kind, PointLight, Render, SpotLight};
+use crate::trace::light::{Lamp, LampCone};
 use crate::trace::material::ShadingParams;
 
 /// What emits light and can have a light group of its own.
@@ -67,39 +69,71 @@ impl LightGroups {
     }
 }
 
-/// Every light of the World, in authored order; point lights are widened by the setting `light_size`.
+/// Every light of the World, in authored order; point and spot lights are widened by the setting `light_size`.
 pub fn lights(stage: &Stage, groups: &LightGroups) -> Result<Vec<Lamp>, Diagnostic> {
     let widened = stage.settings().light_size;
+    let origin = render_origin(stage);
     let mut lights = Vec::new();
-    type Parts<'q> = (hecs::Or<&'q PointLight, &'q AreaLight>, Option<&'q Placement>);
+    type Near<'q> = hecs::Or<&'q PointLight, &'q AreaLight>;
+    type Aimed<'q> = hecs::Or<&'q SpotLight, &'q DirectionalLight>;
+    type Parts<'q> = (hecs::Or<Near<'q>, Aimed<'q>>, Option<&'q Placement>);
     stage.for_each_in_order::<Parts>(|index, (found, placement)| {
-        let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
-        let (point, area) = found.split();
-        let point = point.map(|light: &PointLight| {
-            let center = map.transform_point3(light.position);
-            let edges = [DVec3::X * widened, DVec3::Y * widened];
-            (PointLight::KIND, resolved(center, edges, light.color, light.falloff, false))
-        });
-        let area = area.map(|light: &AreaLight| {
-            let edges = light.edge_vectors().map(|e| map.transform_vector3(e));
-            let center = map.transform_point3(light.position);
-            (AreaLight::KIND, resolved(center, edges, light.color, light.falloff, light.visible))
-        });
-        lights.extend(point.into_iter().chain(area).map(|(kind, light)| groups.assign_light(index, kind, light)));
+        let map = relative(placement, origin);
+        let (near, aimed) = found.split();
+        let (point, area) = near.map_or((None, None), hecs::Or::split);
+        let (spot, distant) = aimed.map_or((None, None), hecs::Or::split);
+        let all = [
+            point.map(|light| (PointLight::KIND, of_point(light, &map, widened))),
+            area.map(|light| (AreaLight::KIND, of_area(light, &map))),
+            spot.map(|light| (SpotLight::KIND, of_spot(light, &map, widened))),
+            distant.map(|light| (DirectionalLight::KIND, of_directional(light, &map))),
+        ];
+        lights.extend(all.into_iter().flatten().map(|(kind, light)| groups.assign_light(index, kind, light)));
         Ok(())
     })?;
-    lights.retain(|light| light.color != Vec3::ZERO);
+    // A light that a transform has left without a direction lights nothing.
+    lights.retain(|light| light.color != Vec3::ZERO && !(light.distant && light.center == Vec3::ZERO));
     Ok(lights)
 }
 
-fn resolved(center: DVec3, edges: [DVec3; 2], color: DVec3, falloff: Falloff, visible: bool) -> Lamp {
+fn of_point(light: &PointLight, map: &DAffine3, widened: f64) -> Lamp {
+    let edges = [DVec3::X * widened, DVec3::Y * widened];
+    lamp(map.transform_point3(light.position), edges, light.color * light.intensity, light.falloff)
+}
+
+fn of_area(light: &AreaLight, map: &DAffine3) -> Lamp {
+    let edges = light.edge_vectors().map(|e| map.transform_vector3(e));
+    let lamp = lamp(map.transform_point3(light.position), edges, light.color * light.intensity, light.falloff);
+    Lamp { visible: light.visible, ..lamp }
+}
+
+fn of_spot(light: &SpotLight, map: &DAffine3, widened: f64) -> Lamp {
+    let axis = map.transform_vector3(light.direction).normalize_or_zero().as_vec3();
+    let [inner, outer] = [light.inner_angle, light.outer_angle].map(|angle| sin_cos_degrees(angle).1 as f32);
+    let edges = [DVec3::X * widened, DVec3::Y * widened];
+    let lamp = lamp(map.transform_point3(light.position), edges, light.color * light.intensity, light.falloff);
+    Lamp { cone: LampCone::new(axis, inner, outer), ..lamp }
+}
+
+fn of_directional(light: &DirectionalLight, map: &DAffine3) -> Lamp {
+    let toward = -map.transform_vector3(light.direction).normalize_or_zero();
+    let (sin, cos) = sin_cos_degrees(light.angle / 2.0);
+    let (a, b) = toward.any_orthonormal_pair();
+    let disk = lamp(toward, [a, b].map(|axis| axis * (sin / cos)), light.color * light.intensity, Falloff::Constant);
+    Lamp { normal: Vec3::ZERO, distant: true, ..disk }
+}
+
+/// A lamp that shines everywhere.
+fn lamp(center: DVec3, edges: [DVec3; 2], color: DVec3, falloff: Falloff) -> Lamp {
     Lamp {
         center: center.as_vec3(),
         edges: edges.map(|e| e.as_vec3()),
         normal: edges[0].cross(edges[1]).normalize_or_zero().as_vec3(),
         color: color.as_vec3(),
+        cone: LampCone::EVERYWHERE,
+        distant: false,
         inverse_square: falloff == Falloff::InverseSquare,
-        visible,
+        visible: false,
         group: 0,
     }
 }

@@ -18,11 +18,14 @@ mod accelerate;
 mod animate;
 mod collect;
 mod contacts;
+mod deform;
+mod environment;
 mod extract;
 mod hierarchy;
 mod lens;
 mod lights;
 mod open_window;
+mod origin;
 mod previous_frame;
 mod references;
 mod render;
@@ -39,13 +42,17 @@ pub use collect::collect;
 pub use contacts::{ContactNudges, contact_nudges};
 pub use hierarchy::update as update_hierarchy;
 pub use lights::{EmitterId, LightGroups};
+pub use origin::origin_for;
 pub use previous_frame::PreviousFrame;
-pub use render::{FrameStats, PartialFrame, TileSink, check, forget, render, render_samples, weighted_sum};
+pub use render::{
+    FrameStats, PartialFrame, TileSink, bytes_of_pixel, check, forget, render, render_samples, weighted_sum,
+};
 pub use reuse_bounds::{ReuseBounds, affected_entities, all_reuse_bounds, reuse_bounds};
 pub use spawn::spawn;
 pub use stage::{LoadedFiles, Stage};
 pub use static_camera::{ObjectStates, StaticCameraCache};
 pub use textures::{FileRequest, missing_environment, missing_images, named_images};
+pub use tiles::TileGrid;
 
 #[cfg(test)]
 mod tests;

@@ -11,18 +11,17 @@ use super::lights::LightGroups;
 use super::stage::{DerivedCache, Stage};
 use super::static_camera::{CachedTile, StaticCameraCache};
 use super::tiles::TileGrid;
-use super::{accelerate, extract, hierarchy, lens, lights, textures};
+use super::{accelerate, environment, extract, hierarchy, lens, lights, origin, textures};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
-use crate::components::{Daylight, Integrator, Render};
-use crate::film::{AccumulatorOptions, DenoisePixel, Film, FilterTable, PixelAccumulator, denoise};
+use crate::components::{Integrator, Render};
+use crate::film::{AccumulatorOptions, DenoisePixel, Film, FilterTable, PixelAccumulator, PixelBounds, denoise};
 use crate::trace::counters::Counters;
 use crate::trace::integrator;
 use crate::trace::integrator::photon::{PhotonCache, PhotonPass, ProgressiveState};
 use crate::trace::integrator::{Estimator, SampleSubset};
 use crate::trace::light::Lights;
-use crate::trace::light::environment::{Environment, EnvironmentMap, daylight_map};
 use crate::trace::simd::Width;
-use crate::trace::wavefront::{RenderContext, Settings, Worker};
+use crate::trace::wavefront::{RenderContext, Settings, Worker, any_has_holes};
 
 /// What one frame cost.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,6 +38,8 @@ pub struct FrameStats {
     pub build_seconds: f64,
     /// Time of tracing.
     pub render_seconds: f64,
+    /// Bands that the picture was made in, one after another; 0 if it was made at once.
+    pub bands: u32,
     /// Tiles of the picture.
     pub tiles: usize,
     /// Tiles that were kept whole from an earlier frame.
@@ -57,6 +58,21 @@ pub struct FrameStats {
     pub reuse_bytes: usize,
 }
 
+impl FrameStats {
+    /// Adds what the next band of the same frame cost.
+    pub fn add_band(&mut self, band: FrameStats) {
+        let FrameStats { counters, builds, build_seconds, render_seconds, tiles, photon_maps, .. } = band;
+        self.counters += counters;
+        self.builds += builds;
+        self.build_seconds += build_seconds;
+        self.render_seconds += render_seconds;
+        self.bands += 1;
+        self.tiles += tiles;
+        self.photon_maps += photon_maps;
+        (self.accel, self.seed, self.passes) = (band.accel, band.seed, band.passes);
+    }
+}
+
 /// A frame while its samples are traced: their sums, and what they cost so far.
 #[derive(Default)]
 pub struct PartialFrame {
@@ -64,6 +80,8 @@ pub struct PartialFrame {
     stats: FrameStats,
     /// Radii of photon searches, once the first pass has estimated them.
     guide: Option<ProgressiveState>,
+    /// The part of the frame that is traced, where it is made in bands: noise is not filtered out of one alone.
+    band: Option<PixelBounds>,
     /// The light groups that emitters are divided into.
     pub light_groups: LightGroups,
     /// Tiles that are kept over a window of frames, and the number of this frame in it.
@@ -88,6 +106,11 @@ struct FrameAccumulators {
 }
 
 impl PartialFrame {
+    /// A band of a frame of these light groups.
+    pub fn of_band(band: PixelBounds, light_groups: LightGroups) -> Self {
+        PartialFrame { band: Some(band), light_groups, ..PartialFrame::default() }
+    }
+
     /// Share of the samples that were traced, 0 to 1.
     pub fn share_traced(&self) -> f64 {
         1.0 - self.stats.share_kept
@@ -129,20 +152,43 @@ pub fn weighted_sum(first: &Film, others: &[Film], factors: &[Vec3]) -> Film {
 }
 
 impl FrameAccumulators {
-    fn new(settings: &Render, filter: &FilterTable, passes: usize) -> Self {
-        let grid = TileGrid::new(settings);
-        let options = AccumulatorOptions {
-            signed: filter.is_signed(),
-            moments: settings.gathers_moments(),
-            features: settings.gathers_features(),
-            halves: settings.denoise,
-        };
+    fn new(settings: &Render, filter: &FilterTable, passes: usize, band: Option<PixelBounds>) -> Self {
+        let grid = band.map_or_else(|| TileGrid::new(settings), TileGrid::of_band);
+        let options = accumulator_options(settings, filter.is_signed());
         let accumulator =
             |i: usize| PixelAccumulator::new(grid.pixels(i / passes).len(), options_of(options, i % passes));
         let tiles = (0..grid.count() * passes).map(accumulator).collect();
-        FrameAccumulators { grid, options, denoise: settings.denoise, passes, tiles }
+        let denoise = settings.denoise && band.is_none();
+        FrameAccumulators { grid, options, denoise, passes, tiles }
     }
 }
+
+fn accumulator_options(settings: &Render, signed: bool) -> AccumulatorOptions {
+    AccumulatorOptions {
+        signed,
+        moments: settings.gathers_moments(),
+        features: settings.gathers_features(),
+        halves: settings.denoise,
+    }
+}
+
+/// Bytes that a pixel takes while a frame of so many light groups is made at once: sums and means of its samples, the
+/// filter that takes out noise, and the values that are written.
+pub fn bytes_of_pixel(settings: &Render, light_groups: usize) -> u64 {
+    let options = accumulator_options(settings, false);
+    let group =
+        |pass| PixelAccumulator::new(1, options_of(options, pass)).bytes() as u64 + size_of::<[f32; 3]>() as u64;
+    let layers = if options.features { LAYER_BYTES } else { 0 } + if options.moments { 4 } else { 0 };
+    let denoise = if settings.denoise { DENOISE_BYTES } else { 0 };
+    // What is written is a copy of the layers and of one film.
+    (0..light_groups.max(1)).map(group).sum::<u64>() + 2 * (layers + 12) + denoise
+}
+
+/// Bytes of a pixel of all layers of a film.
+const LAYER_BYTES: u64 = 60;
+/// Bytes of a pixel in the filter that takes out noise: what a pixel shows in two halves as it comes, and some 110 planes:
+/// features, light and guides before and after a pass, and four levels to choose from.
+const DENOISE_BYTES: u64 = 560;
 
 /// Renders the World as it stands, all samples at this one moment; `None` if `cancel` was raised.
 ///
@@ -185,11 +231,14 @@ pub fn render_samples(
     let mut settings = stage.settings();
     let environment_group = partial.light_groups.assign_environment(&mut settings);
     if partial.accumulators.is_none() {
-        partial.stats.seed = settings.seed.unwrap_or_else(|| lens::pose_seed(&stage.camera()));
+        let camera = lens::placed_camera(stage)?;
+        partial.stats.seed = settings.seed.unwrap_or_else(|| lens::pose_seed(&camera));
     }
     let resolved = Settings::new(&settings, partial.stats.seed);
-    let environment = environment_of(stage, &settings, resolved.follows_paths())?;
-    let (accelerator, is_new) = accelerate::update(stage, share, &geometry);
+    let environment = environment::update(stage, &settings, resolved.follows_paths())?;
+    let [_, [width, height]] = settings.pixel_bounds();
+    let of_picture = partial.band.map_or(1.0, |band| band.count() as f64 / (f64::from(width) * f64::from(height)));
+    let (accelerator, is_new) = accelerate::update(stage, share, of_picture, &geometry)?;
     partial.stats.builds += u32::from(is_new);
     let mut camera = lens::camera_rays(stage, settings.size)?;
     if !resolved.lens {
@@ -210,9 +259,12 @@ pub fn render_samples(
         lights: &lights,
         textures: &bindings,
         camera: &camera,
+        origin: origin::render_origin(stage).as_vec3(),
         motion: before.as_ref(),
         environment: environment.as_ref(),
         settings: &resolved,
+        holes: any_has_holes(&materials),
+        glass: materials.iter().any(|material| material.is_clear()),
         lanes: Width::detect(),
         filter: &filter,
         width: settings.size[0],
@@ -220,10 +272,10 @@ pub fn render_samples(
         regions: None,
     };
     let built = Instant::now();
-    let PartialFrame { accumulators, stats, guide, tile_cache, photon_cache, tile_sink, .. } = partial;
+    let PartialFrame { accumulators, stats, guide, band, tile_cache, photon_cache, tile_sink, .. } = partial;
     let sink = tile_sink.as_deref().filter(|_| context.light_groups == 1);
     let accumulators =
-        accumulators.get_or_insert_with(|| FrameAccumulators::new(&settings, &filter, context.light_groups));
+        accumulators.get_or_insert_with(|| FrameAccumulators::new(&settings, &filter, context.light_groups, *band));
     let turns = settings.turns(share.of);
     for turn in 0..turns {
         let share = SampleSubset { index: share.index * turns + turn, of: share.of * turns };
@@ -277,57 +329,6 @@ pub fn forget(stage: &mut Stage) {
 /// A focus on an entity that does not exist or does not lie before the camera.
 pub fn check(stage: &Stage) -> Result<(), Diagnostics> {
     lens::camera_rays(stage, stage.settings().size).map(drop)
-}
-
-/// The environment that the settings ask for, from the file that was loaded for it; what sampling needs of it, if it is
-/// to be `sampled`, is kept with it.
-fn environment_of(stage: &mut Stage, settings: &Render, sampled: bool) -> Result<Option<Environment>, Diagnostics> {
-    let Render { environment_intensity: intensity, environment_rotation: rotation, .. } = *settings;
-    let Some(key) = textures::environment_key(stage) else {
-        if let Some(daylight) = &settings.daylight {
-            return Ok(Some(daylight_of(stage, daylight, [intensity, rotation], sampled)));
-        }
-        let sky = settings.sky.map(|colors| EnvironmentMap::Sky(colors.map(|c| c.as_vec3())));
-        return Ok(sky.map(|source| {
-            let mut sky = Environment::new(source, intensity, rotation);
-            if sampled {
-                sky.prepare();
-            }
-            sky
-        }));
-    };
-    let mut kept = match stage.derived.environment.take() {
-        Some((known, kept)) if known == key => kept.placed(intensity, rotation),
-        _ => {
-            let loaded = stage.files.environment.as_ref().filter(|(known, _)| *known == key);
-            let Some((_, source)) = loaded else {
-                return Err(Diagnostic::bug(format!("the environment `{}` was not loaded", key.0)).into());
-            };
-            Environment::new(source.clone(), intensity, rotation)
-        }
-    };
-    if sampled {
-        kept.prepare();
-    }
-    stage.derived.environment = Some((key, kept.clone()));
-    Ok(Some(kept))
-}
-
-/// The environment of a clear sky, kept while that stays the same.
-fn daylight_of(stage: &mut Stage, daylight: &Daylight, [intensity, rotation]: [f64; 2], sampled: bool) -> Environment {
-    let kept = stage.derived.daylight.take().filter(|(known, _)| known == daylight);
-    let mut sky = match kept {
-        Some((_, kept)) => kept.placed(intensity, rotation),
-        None => {
-            let map = daylight_map(daylight.sun, daylight.turbidity, daylight.sun_size);
-            Environment::new(EnvironmentMap::Sphere(Arc::new(map)), intensity, rotation)
-        }
-    };
-    if sampled {
-        sky.prepare();
-    }
-    stage.derived.daylight = Some((daylight.clone(), sky.clone()));
-    sky
 }
 
 /// A sink while a frame is traced.

@@ -7,7 +7,9 @@ use glam::{DAffine3, DVec3};
 use rustc_hash::FxHashMap;
 
 use super::contacts::{ContactNudges, contact_nudges};
+use super::deform;
 use super::hierarchy::Placement;
+use super::origin::{relative, render_origin};
 use super::stage::{AuthoredIndex, MaterialIndex, Stage, get};
 use crate::base::digest::{Digest, Hasher};
 use crate::components::content::{feed_component, feed_record};
@@ -23,7 +25,7 @@ pub enum ReuseBounds {
     Bounded {
         /// All that decides what rays find there.
         digest: Digest,
-        /// Where rays can meet it, world space.
+        /// Where rays can meet it, in the space that is traced.
         place: Kdop,
         /// Address of its mesh: how a mesh is traced depends on how many share it.
         mesh: Option<usize>,
@@ -68,7 +70,8 @@ pub fn reuse_bounds(stage: &Stage, nudges: &ContactNudges, index: usize) -> Reus
 
 fn reuse_bounds_with(stage: &Stage, nudges: &ContactNudges, index: usize, feed: FeedValue) -> ReuseBounds {
     let Some(entity) = stage.live(index) else { return ReuseBounds::Nothing };
-    let placement = stage.world.get::<&Placement>(entity).map_or(DAffine3::IDENTITY, |p| p.0);
+    let placed = stage.world.get::<&Placement>(entity).ok();
+    let placement = relative(placed.as_deref(), render_origin(stage));
     let mut hasher = Hasher::default();
     placement.to_cols_array().into_iter().for_each(|x| hasher.number(x));
     let placement = nudges.of(index).map_or(placement, |nudge| {
@@ -76,6 +79,11 @@ fn reuse_bounds_with(stage: &Stage, nudges: &ContactNudges, index: usize, feed: 
         *nudge * placement
     });
     let (mut place, mut mesh, mut everywhere): (Option<Kdop>, _, _) = (None, None, false);
+    // What cannot be bent ends the frame with an error.
+    let bent = deform::now(stage, index).ok().flatten();
+    if let Some(bent) = &bent {
+        hasher.digest(bent.digest());
+    }
     for component in Kind::ALL.iter().filter_map(|kind| get(&stage.world, entity, *kind)) {
         feed_component(&component, |_| true, &mut hasher, feed);
         match component.kind().role() {
@@ -91,6 +99,13 @@ fn reuse_bounds_with(stage: &Stage, nudges: &ContactNudges, index: usize, feed: 
                 }
             }
             Role::Shape => {
+                let (component, placement) = match &bent {
+                    Some(bent) if component.kind() == Kind::Mesh => {
+                        let there = nudges.of(index).copied().unwrap_or(DAffine3::IDENTITY);
+                        (bent.mesh.clone().into(), if bent.in_world { there } else { placement })
+                    }
+                    _ => (component, placement),
+                };
                 let Some(shape) = component.shape() else { continue };
                 match shape.reach() {
                     Reach::Empty => {}
@@ -98,7 +113,9 @@ fn reuse_bounds_with(stage: &Stage, nudges: &ContactNudges, index: usize, feed: 
                     Reach::Finite => place = Some(place.unwrap_or_default().union(bounds_of(shape, &placement))),
                 }
                 let Some(shape) = Mesh::of(&component) else { continue };
-                mesh = mesh.or(shape.pieces().first().map(|piece| Arc::as_ptr(&piece.data) as usize));
+                // A bent mesh is nobody else's.
+                let shared = bent.is_none().then(|| shape.pieces());
+                mesh = mesh.or(shared.and_then(|all| all.first().map(|piece| Arc::as_ptr(&piece.data) as usize)));
                 for index in shape.worn().filter_map(|name| stage.material_names.get(name)) {
                     if let Ok(material) = stage.world.get::<&Material>(stage.materials[*index]) {
                         everywhere |= is_emissive(&material);
@@ -106,6 +123,8 @@ fn reuse_bounds_with(stage: &Stage, nudges: &ContactNudges, index: usize, feed: 
                     }
                 }
             }
+            // What bends it is in its digest.
+            Role::Deformation | Role::View | Role::Source => {}
         }
     }
     let digest = hasher.finish();
@@ -158,12 +177,25 @@ pub fn affected_entities(stage: &Stage, edits: &[Edit]) -> Option<BTreeSet<usize
                 found.insert(order.0 as usize);
             }
         }
+        for (order, mesh) in stage.world.query::<(&AuthoredIndex, &Mesh)>().iter() {
+            let mut worn = mesh.worn().filter_map(|name| stage.material_names.get(name));
+            if worn.any(|index| materials.contains(index)) {
+                found.insert(order.0 as usize);
+            }
+        }
     }
     let mut open: Vec<usize> = found.iter().copied().collect();
     while let Some(index) = open.pop() {
         let children = stage.derived.hierarchy.children.get(&index).into_iter().flatten();
         open.extend(children.filter(|child| found.insert(**child)));
     }
+    let mut carried = Vec::new();
+    for (order, skin) in stage.world.query::<(&AuthoredIndex, &Skin)>().iter() {
+        if skin.joints.iter().any(|joint| stage.names.get(joint).is_some_and(|index| found.contains(index))) {
+            carried.push(order.0 as usize);
+        }
+    }
+    found.extend(carried);
     Some(found)
 }
 
@@ -209,8 +241,14 @@ mod tests {
             | Component::Motion(_)
             | Component::MaterialName(_)
             | Component::Texture(_)
+            | Component::Asset(_)
+            | Component::Skin(_)
+            | Component::Morph(_)
             | Component::PointLight(_)
-            | Component::AreaLight(_) => Vec::new(),
+            | Component::AreaLight(_)
+            | Component::SpotLight(_)
+            | Component::DirectionalLight(_)
+            | Component::Viewpoint(_) => Vec::new(),
         }
     }
 

@@ -1,9 +1,11 @@
 //! Shapes -> primitives: one implementation for each shape.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DAffine3, DVec3, Vec2, Vec3};
 use rustc_hash::FxHashMap;
 
+use super::deform::Deformed;
 use super::extract::{ExtractShape, Extraction, ShapePlacement};
+use super::origin::moved;
 use crate::base::math;
 use crate::components::*;
 use crate::trace::primitive::{BoxPrim, ConeFrustum, LocalShape, SpherePrim};
@@ -34,6 +36,8 @@ fn winding(placed: &ShapePlacement) -> [usize; 3] {
 }
 
 impl ExtractShape for Triangle {
+    const CAN_BE_FLAT: bool = true;
+
     fn extract(&self, placed: &ShapePlacement, out: &mut Extraction) {
         let (order, placed) = (winding(placed), placed.enclosing(false));
         let corners = order.map(|i| placed.point(self.vertices[i]));
@@ -49,7 +53,14 @@ impl ExtractShape for Triangle {
 
 impl ExtractShape for Plane {
     fn extract(&self, placed: &ShapePlacement, out: &mut Extraction) {
-        let (point, normal) = (placed.point(self.point), placed.normal(self.normal));
+        let normal = placed.normal(self.normal);
+        let mut point = placed.map.transform_point3(self.point);
+        if out.origin != DVec3::ZERO {
+            // The nearest point of the plane: what is far along it would be lost in rounding.
+            let exact = placed.exact_normal(self.normal);
+            point = exact * exact.dot(point);
+        }
+        let point = point.as_vec3();
         // A plane is no window into a half of the world that is filled with glass.
         let placed = placed.enclosing(false);
         out.geometry.push_plane(placed.tag(false), point, normal);
@@ -103,13 +114,24 @@ fn frustum(placed: &ShapePlacement, [base, apex]: [DVec3; 2], radii: [f64; 2], c
 }
 
 impl ExtractShape for Mesh {
+    const CAN_BE_FLAT: bool = true;
+
+    fn bent<'a>(&'a self, bent: Option<&'a Deformed>) -> (&'a Self, bool) {
+        bent.map_or((self, false), |bent| (&bent.mesh, bent.in_world))
+    }
+
     fn extract(&self, placed: &ShapePlacement, out: &mut Extraction) {
+        let placed = placed.under(from_origin_of(self, placed.map));
         for piece in self.pieces().iter() {
-            let placed = out.placement_of(piece, placed);
+            let placed = out.placement_of(piece, &placed);
             let Piece { data, smooth, .. } = piece;
+            let is_plain = data.colors.is_empty() && data.second_uvs.is_empty();
             // Only of bodies that light goes through it matters.
-            let placed = placed.enclosing(out.is_transparent(&placed) && encloses(data));
-            if data.triangles.len() < FEW_TRIANGLES && data.colors.is_empty() {
+            let is_closed = !placed.is_flat() && out.is_transparent(&placed) && encloses(data);
+            let placed = placed.enclosing(is_closed);
+            if placed.is_flat() {
+                out.geometry.push_mesh(placed.tag(false), data, false, &placed.map);
+            } else if data.triangles.len() < FEW_TRIANGLES && is_plain {
                 single_triangles(data, &placed, *smooth, out);
             } else if out.is_shared(data) {
                 out.geometry.push_instance(placed.tag(false), data, *smooth, &placed.map);
@@ -135,6 +157,13 @@ fn encloses(data: &MeshData) -> bool {
         }
     }
     open.values().all(|runs| *runs == 0)
+}
+
+/// The map of a mesh for its points, which count from its own origin.
+pub(super) fn from_origin_of(mesh: &Mesh, map: DAffine3) -> DAffine3 {
+    let origin = mesh.data.origin;
+    let by = if origin == DVec3::ZERO { DVec3::ZERO } else { map.transform_vector3(origin) };
+    moved(map, by)
 }
 
 fn single_triangles(data: &MeshData, placed: &ShapePlacement, smooth: bool, out: &mut Extraction) {

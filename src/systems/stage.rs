@@ -5,6 +5,7 @@ use std::sync::{Arc, Weak};
 use hecs::{Entity, EntityBuilder, World};
 use rustc_hash::FxHashMap;
 
+use super::origin::render_origin;
 use super::previous_frame::PreviousFrame;
 use crate::base::diagnostics::{Diagnostic, ScenePart, Subject};
 use crate::base::project::Folder;
@@ -88,8 +89,8 @@ pub(super) struct Revisions {
 /// What placements are derived from: the number of the hierarchy, and the time if anything is in motion.
 pub(super) type PlacementKey = (u64, Option<u64>);
 
-/// What columns of primitives are derived from.
-pub(super) type GeometryKey = (PlacementKey, Revisions);
+/// What columns of primitives are derived from, and the origin of the space that they are in.
+pub(super) type GeometryKey = (PlacementKey, Revisions, [u64; 3]);
 
 /// What is derived from the World and outlives a frame, each with what it was derived from.
 #[derive(Default)]
@@ -167,7 +168,7 @@ impl Stage {
 
     /// What columns of primitives follow from, as the World stands.
     pub(super) fn geometry_key(&self) -> GeometryKey {
-        (self.placement_key(), self.revisions)
+        (self.placement_key(), self.revisions, render_origin(self).to_array().map(f64::to_bits))
     }
 
     /// Sets how many frames are still to be rendered of this World at most, the next one included; it is 1 otherwise. Only

@@ -196,7 +196,7 @@ fn a_missing_file_is_told_and_not_read() {
     let mut stage = spawn(scene).unwrap();
     let file = |file: &str, owner: &str, part, component, field| {
         let subject = Subject { part, component, field: Some(field) };
-        FileRequest { file: file.into(), decoded: true, owner: owner.into(), subject }
+        FileRequest { file: file.into(), plane: ImagePlane::Srgb, owner: owner.into(), subject }
     };
     let image = file("wood.png", "texture of entity `b`", ScenePart::Entity(1), Some("texture"), "image");
     assert_eq!(missing_images(&stage), [image]);

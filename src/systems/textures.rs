@@ -1,9 +1,12 @@
 //! World -> texture bindings of entities: the maps of their materials, their own textures, and their local spaces.
 
-use glam::{DAffine3, Vec3};
+use glam::{DVec3, Vec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::deform::Deformed;
 use super::hierarchy::Placement;
+use super::origin::{relative, render_origin};
+use super::shapes::from_origin_of;
 use super::stage::{EnvironmentKey, MaterialIndex, Stage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::components::*;
@@ -15,8 +18,8 @@ use crate::trace::primitive::{AffineMap, Bounds, ObjectSpace};
 pub struct FileRequest {
     /// Its name, relative to the scene.
     pub file: Text,
-    /// Whether its bytes stand for the sRGB curve and are to be decoded to linear light.
-    pub decoded: bool,
+    /// What is read of it.
+    pub plane: ImagePlane,
     /// What a message calls its user.
     pub owner: String,
     /// Where the scene names it.
@@ -34,10 +37,10 @@ pub fn missing_images(stage: &Stage) -> Vec<FileRequest> {
     let decodes = decodes_colors(stage);
     let mut add = |texture: &Texture, coloured: bool, subject: Subject, owner: &dyn Fn() -> String| {
         let Some(file) = &texture.image else { return };
-        let (file, decoded) = (file.clone(), texture.decodes(coloured && decodes));
-        let is_known = missing.iter().any(|one| one.file == file && one.decoded == decoded);
-        if !is_known && !stage.files.images.0.contains_key(&(file.clone(), decoded)) {
-            missing.push(FileRequest { file, decoded, owner: owner(), subject });
+        let (file, plane) = (file.clone(), texture.plane(coloured && decodes));
+        let is_known = missing.iter().any(|one| one.file == file && one.plane == plane);
+        if !is_known && !stage.files.images.0.contains_key(&(file.clone(), plane)) {
+            missing.push(FileRequest { file, plane, owner: owner(), subject });
         }
     };
     for (i, entity) in stage.materials.iter().enumerate() {
@@ -57,12 +60,13 @@ pub fn missing_images(stage: &Stage) -> Vec<FileRequest> {
     missing
 }
 
-/// The images that the World names as it stands, textures and environment, each with whether it is decoded.
-pub fn named_images(stage: &Stage) -> FxHashSet<(Text, bool)> {
+/// The images that the World names as it stands, textures and environment, each with what is read of it.
+pub fn named_images(stage: &Stage) -> FxHashSet<(Text, ImagePlane)> {
     let decodes = decodes_colors(stage);
-    let mut named: FxHashSet<(Text, bool)> = environment_key(stage).into_iter().collect();
+    let environment = environment_key(stage).map(|(file, decoded)| (file, ImagePlane::of_colors(decoded)));
+    let mut named: FxHashSet<(Text, ImagePlane)> = environment.into_iter().collect();
     let mut add = |texture: &Texture, coloured: bool| {
-        named.extend(texture.image.iter().map(|file| (file.clone(), texture.decodes(coloured && decodes))));
+        named.extend(texture.image.iter().map(|file| (file.clone(), texture.plane(coloured && decodes))));
     };
     for entity in &stage.materials {
         let Ok(material) = stage.world.get::<&Material>(*entity) else { continue };
@@ -77,7 +81,8 @@ pub fn missing_environment(stage: &Stage) -> Option<FileRequest> {
     let (file, decoded) = environment_key(stage)?;
     let is_loaded = stage.files.environment.as_ref().is_some_and(|(key, _)| *key == (file.clone(), decoded));
     let subject = Subject { part: ScenePart::Render, component: None, field: Some("environment") };
-    (!is_loaded).then(|| FileRequest { file, decoded, owner: "`environment`".into(), subject })
+    let plane = ImagePlane::of_colors(decoded);
+    (!is_loaded).then(|| FileRequest { file, plane, owner: "`environment`".into(), subject })
 }
 
 /// The environment that the settings name, with how it is decoded.
@@ -96,7 +101,7 @@ pub fn texture_bindings(stage: &Stage) -> Result<TextureBindings, Diagnostics> {
     let decodes = decodes_colors(stage);
     let layer = |texture: &Texture, coloured: bool| {
         let image =
-            |file: &Text| stage.files.images.0.get(&(file.clone(), texture.decodes(coloured && decodes))).cloned();
+            |file: &Text| stage.files.images.0.get(&(file.clone(), texture.plane(coloured && decodes))).cloned();
         TextureLayer::new(texture, texture.image.as_ref().and_then(image))
     };
     let of_material = |entity: &hecs::Entity| {
@@ -106,7 +111,12 @@ pub fn texture_bindings(stage: &Stage) -> Result<TextureBindings, Diagnostics> {
             TextureSet {
                 color: one(&material.color_map, true).into_iter().collect(),
                 specular: one(&material.specular_map, true),
+                emission: one(&material.emission_map, true),
+                reflection: one(&material.reflection_map, false),
                 roughness: one(&material.roughness_map, false),
+                metallic: one(&material.metallic_map, false),
+                transmission: one(&material.transmission_map, false),
+                opacity: one(&material.opacity_map, false),
                 bump: one(&material.bump, false),
                 normal: one(&material.normal_map, false),
             }
@@ -126,8 +136,14 @@ pub fn texture_bindings(stage: &Stage) -> Result<TextureBindings, Diagnostics> {
     // Entities that are textured alike share a set of textures.
     let mut own: FxHashMap<(Option<usize>, String), u32> = FxHashMap::default();
     let mut plain: Option<u32> = None;
-    type Parts<'q> = (Option<&'q Texture>, Option<&'q MaterialIndex>, Option<&'q Placement>, Option<&'q Mesh>);
+    let origin = render_origin(stage);
+    type Bendable<'q> = (&'q Mesh, Option<&'q Deformed>);
+    type Parts<'q> = (Option<&'q Texture>, Option<&'q MaterialIndex>, Option<&'q Placement>, Option<Bendable<'q>>);
     stage.for_each_in_order::<Parts>(|index, (texture, material, placement, mesh)| {
+        let bent = mesh.and_then(|(_, bent)| bent);
+        let in_world = bent.is_some_and(|bent| bent.in_world);
+        let placement = placement.filter(|_| !in_world);
+        let mesh = mesh.map(|(mesh, _)| bent.map_or(mesh, |bent| &bent.mesh));
         let colored = mesh.is_some_and(is_colored);
         if !textured && !colored && texture.is_none() {
             return Ok(());
@@ -154,7 +170,8 @@ pub fn texture_bindings(stage: &Stage) -> Result<TextureBindings, Diagnostics> {
                 None if colored => *plain.get_or_insert_with(|| bindings.add(TextureSet::default())),
                 None => continue,
             };
-            let space = space.get_or_insert_with(|| frame(placement, mesh));
+            let space =
+                space.get_or_insert_with(|| frame(placement, mesh, if in_world { DVec3::ZERO } else { origin }));
             bindings.put(index as u32, material.unwrap_or(default) as u32, space, colored, set);
         }
         Ok(())
@@ -163,8 +180,11 @@ pub fn texture_bindings(stage: &Stage) -> Result<TextureBindings, Diagnostics> {
 }
 
 /// The local space of an entity, as `extract` has it.
-fn frame(placement: Option<&Placement>, mesh: Option<&Mesh>) -> ObjectSpace {
-    let map = placement.map_or(DAffine3::IDENTITY, |p| p.0);
+fn frame(placement: Option<&Placement>, mesh: Option<&Mesh>, origin: DVec3) -> ObjectSpace {
+    // What is squashed flat has no local space to go back to.
+    let whole = placement.filter(|p| p.0.matrix3.determinant() != 0.0);
+    let map = relative(whole, origin);
+    let map = mesh.map_or(map, |mesh| from_origin_of(mesh, map));
     let bare = mesh.filter(|mesh| mesh.data.lacks_uvs());
     let center = bare.map(|mesh: &Mesh| -> Vec3 {
         let pieces = mesh.pieces();

@@ -35,6 +35,27 @@ impl TileGrid {
         TileGrid { bounds, traced }
     }
 
+    /// The tiles of one band of a larger frame: nothing but the band itself.
+    pub fn of_band(band: PixelBounds) -> Self {
+        TileGrid { bounds: band, traced: band }
+    }
+
+    /// The bands of so many rows of tiles each that what is traced can be divided into, from the top.
+    pub fn bands(self, rows: u32) -> impl Iterator<Item = PixelBounds> {
+        let PixelBounds { origin: [left, top], size: [width, _] } = self.traced;
+        let (first, end, height) = (top / TILE * TILE, self.traced.end()[1], rows * TILE);
+        (first..end).step_by(height as usize).map(move |row| {
+            let from = row.max(top);
+            PixelBounds { origin: [left, from], size: [width, (row + height).min(end) - from] }
+        })
+    }
+
+    /// Rows of tiles of a band in which so many bytes are enough for pixels of so many bytes each; one at least.
+    pub fn rows_within(self, bytes: u64, of_pixel: u64) -> u32 {
+        let row = u64::from(self.traced.size[0]) * u64::from(TILE) * of_pixel;
+        u32::try_from(bytes / row.max(1)).unwrap_or(u32::MAX).clamp(1, self.traced.size[1].div_ceil(TILE).max(1))
+    }
+
     /// First column and row of tiles, and how many there are.
     fn span(self) -> [[u32; 2]; 2] {
         let first = self.traced.origin.map(|at| at / TILE);
@@ -69,6 +90,10 @@ mod tests {
             for region in [None, Some([37, 18, 30, 3]), Some([0, 0, 1, 1]), Some([99, 49, 1, 1])] {
                 let settings = Render { size: [100, 50], region, denoise, noise_threshold, ..Render::default() };
                 let grid = TileGrid::new(&settings);
+                let bands: Vec<_> = grid.bands(2).collect();
+                assert_eq!(bands.iter().map(|band| band.count()).sum::<usize>(), grid.traced.count());
+                assert!(bands.windows(2).all(|pair| pair[0].end()[1] == pair[1].origin[1]));
+                assert!(bands.iter().skip(1).all(|band| band.origin[1] % TILE == 0));
                 let mut pixels: Vec<[u32; 2]> = (0..grid.count()).flat_map(|tile| grid.pixels(tile)).collect();
                 assert!(grid.traced.count() >= grid.bounds.count());
                 assert_eq!(pixels.len(), grid.traced.count());

@@ -154,7 +154,7 @@ fn texts_of_other_programs_are_read_or_named() {
     desk.anim("check comma.ron").fails(3, &["comma.ron:6:23: error: `0,5` has a comma"]);
     desk.write(
         "a.nff",
-        "\u{feff}v\nfrom 0 -5 0\nat 0 0 0\nup 0 0 1\nangle 30\nhither 1\nresolution 16 16\ns 0 0 0 1\n",
+        "\u{feff}v\nfrom 0 -5 0\nat 0 0 0\nup 0 0 1\nangle 30\nhither 1\nresolution 16 16\nl 2 -5 4\ns 0 0 0 1\n",
     );
     let run = desk.anim("check --strict a.nff").ok();
     assert!(run.stderr.is_empty(), "{}", run.stderr);

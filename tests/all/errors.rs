@@ -72,6 +72,24 @@ fn a_circle_of_parents() {
 }
 
 #[test]
+fn limits_of_texts_and_of_chains_of_parents_hold() {
+    let link = |i: usize| match i {
+        0 => "(name: \"e0\"),\n".to_string(),
+        _ => format!("(name: \"e{i}\", transform: (parent: \"e{}\")),\n", i - 1),
+    };
+    let chain = |links: usize| format!("(entities: [\n{}])", (0..links).map(link).collect::<String>());
+    mistake("deep.ron", chain(1500), &["deep.ron:1027:", "more than 1024 parents above entity `e1025`"]);
+    let sandbox = Sandbox::new();
+    sandbox.write("fits.ron", chain(1000));
+    sandbox.anim("check fits.ron").ok();
+    let long = "x".repeat(5000);
+    let said = "a text of 5000 bytes is over the limit of 4096";
+    mistake("a.ron", format!("(entities: [(name: \"{long}\", sphere: ())])"), &["a.ron:1:", said]);
+    mistake("a.ron", format!("(entities: [(sphere: (), tags: [\"a\", \"{long}\"])])"), &["a.ron:1:", said]);
+    mistake("a.ron", format!("(materials: {{ \"{long}\": () }})"), &["a.ron:1:", said]);
+}
+
+#[test]
 fn a_script_that_runs_for_ever() {
     let script = "animation(#{ frames: 2 });\nfn frame(s, f) {\n  loop { }\n}";
     mistake("a.rhai", script, &["a.rhai:3:", "frame 1"]);
@@ -151,4 +169,53 @@ fn output_that_cannot_be_written() {
     sandbox.write("a.ron", "(render: (size: (4, 4), samples: 1))").write("taken", "a file, not a folder");
     sandbox.anim("render a.ron -o taken/x.png").fails(5, &["taken"]);
     assert_eq!(sandbox.files(), ["a.ron", "taken"]);
+}
+
+/// A disk on which nothing more can be written, as the system stands in for one.
+#[cfg(target_os = "linux")]
+#[test]
+fn results_that_cannot_be_written_are_a_failure_and_a_reader_that_goes_away_is_none() {
+    use std::process::{Command, Stdio};
+    let sandbox = Sandbox::new();
+    sandbox.write("a.ron", "(render: (size: (4, 4), samples: 1), entities: [(sphere: ())])");
+    sandbox.write("a.rhai", "animation(#{ scene: \"a.ron\", frames: 2 }); fn frame(s, f) {}");
+    let run = |arguments: &str, stdout: Stdio| {
+        let command = &mut Command::new(env!("CARGO_BIN_EXE_anim"));
+        command.args(arguments.split(' ')).current_dir(sandbox.path("")).stdout(stdout).output().unwrap()
+    };
+    for arguments in ["help", "--version", "check --help"] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = run(arguments, full.into());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(5) && said.contains("No space left"), "{arguments}: {said}");
+    }
+    for arguments in ["dump a.rhai --frame 1", "guide", "help"] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let output = run(arguments, writer.into());
+        assert_eq!(output.status.code(), Some(0), "{arguments}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+#[test]
+fn a_folder_that_is_deleted_while_frames_are_written_into_it_is_a_failure() {
+    let sandbox = Sandbox::new();
+    sandbox.write("a.ron", "(render: (size: (64, 64), samples: 16), entities: [(name: \"a\", sphere: ())])");
+    let moving = "fn frame(s, f) { s.camera.fov = 30 + f.number; }";
+    sandbox.write("a.rhai", format!("animation(#{{ scene: \"a.ron\", frames: 12 }}); {moving}"));
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_anim"))
+        .args(["a.rhai", "-o", "out", "--threads", "1"])
+        .current_dir(sandbox.path(""))
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    while !sandbox.exists("out/a.0001.png") {
+        assert!(child.try_wait().unwrap().is_none(), "it ends before it has written a frame");
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    // A frame that is written meanwhile makes the folder again.
+    let _ = std::fs::remove_dir_all(sandbox.path("out"));
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(5) && said.contains("a.0001.png was written and is gone"), "{said}");
 }

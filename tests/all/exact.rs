@@ -111,3 +111,22 @@ fn converting_twice_gives_the_same_text() {
     let decode = |bytes: Vec<u8>| image::load_from_memory(&bytes).unwrap().to_rgb8().into_raw();
     assert_eq!(decode(sandbox.read("a.png")), decode(sandbox.read("b.png")));
 }
+
+/// Builds for development have one width only; what they have gives the same bytes, and what they do not is said.
+#[test]
+fn a_width_that_is_forced_is_reported_and_does_not_show() {
+    let sandbox = sandbox();
+    let width = |run: &crate::tool::Run| {
+        let line = run.stdout.lines().next().unwrap_or_default();
+        serde_json::from_str::<serde_json::Value>(line).unwrap()["simd"].as_str().unwrap().to_string()
+    };
+    let usual = width(&sandbox.anim("show.rhai --frames 2 -o usual/ --stats json").ok());
+    let narrow = if cfg!(target_arch = "x86_64") { "sse2" } else { "scalar" };
+    for name in [narrow, usual.as_str()] {
+        let run =
+            sandbox.anim_with(&[("ANIM_SIMD", name)], "show.rhai --frames 2 -o forced/ --force --stats json").ok();
+        assert_eq!(width(&run), name);
+        assert!(sandbox.read("forced/show.0002.png") == sandbox.read("usual/show.0002.png"), "{name}");
+    }
+    sandbox.anim_with(&[("ANIM_SIMD", "mmx")], "show.rhai --frames 1").fails(2, &["ANIM_SIMD=mmx", narrow]);
+}

@@ -224,7 +224,7 @@ fn impossible_materials_are_refused_with_their_place() {
     for (material, words) in [
         ("model: Conductor, roughness: 1.5", "`roughness` must be from 0 to 1"),
         ("model: Lambert, color: (1.2, 1, 1)", "`color` must be at most 1"),
-        ("model: Plastic", "`ior` of a `Plastic` must be above 0 and not 1"),
+        ("model: Plastic, ior: 1.0", "`ior` of a `Plastic` must be above 0 and not 1"),
         ("model: Conductor, eta: (1, 1, 1)", "`eta` of a `Conductor` needs `k` beside it"),
         ("emission: (-1, 0, 0)", "`emission` must be at least 0"),
         ("model: Lambart", "Lambert"),
@@ -235,4 +235,40 @@ fn impossible_materials_are_refused_with_their_place() {
         assert_eq!(run.code, 3, "{material}");
         assert!(run.stderr.contains(words) && run.stderr.contains("scene.ron:2:"), "{material}: {}", run.stderr);
     }
+}
+
+/// A lens of glass in front of others splits every ray at every surface: depth alone never ends that.
+#[test]
+fn rays_too_faint_to_show_are_not_followed() {
+    let glass = |x: f32, z: f32| {
+        format!("(sphere: (radius: 0.9), transform: (translation: ({x:.1}, 0.0, {z:.1})), material: \"glass\"),")
+    };
+    let balls: String = [(-1.0, 0.0), (1.0, 0.0), (0.0, 1.6), (0.0, -1.6)].map(|(x, z)| glass(x, z)).concat();
+    let scene = |least: &str| {
+        format!(
+            r#"(
+            camera: (from: (0.0, 0.5, 6.0), at: (0.0, 0.0, 0.0)),
+            render: (size: (24, 16), samples: 1, background: (1.0, 1.0, 1.0), transfer: Linear, bit_depth: 16, {least}),
+            materials: {{ "glass": (diffuse: 0.0, transmission: 0.98, ior: 1.5) }},
+            entities: [{balls}],
+        )"#
+        )
+    };
+    let rays = |sandbox: &Sandbox, least: &str, depth: u32| {
+        let text = scene(least).replace("samples: 1,", &format!("samples: 1, max_depth: {depth},"));
+        sandbox.write("scene.ron", text);
+        let run = sandbox.anim(&format!("scene.ron -o {depth}.png --force --stats json")).ok();
+        let stats: serde_json::Value = serde_json::from_str(run.stdout.lines().next().unwrap()).unwrap();
+        let count = ["refraction_rays", "reflection_rays"].map(|key| stats[key].as_u64().unwrap()).iter().sum::<u64>();
+        (count, image::load_from_memory(&sandbox.read(&format!("{depth}.png"))).unwrap().to_rgb32f())
+    };
+    const FAINT: &str = "min_weight: 0.00002";
+    let sandbox = Sandbox::new();
+    let ((shallow, faint), (deep, _)) = (rays(&sandbox, FAINT, 12), rays(&sandbox, FAINT, 64));
+    assert!(deep <= 2 * shallow, "{deep} rays at depth 64, {shallow} at depth 12");
+    let ((all, whole), (more, _)) = (rays(&sandbox, "", 12), rays(&sandbox, "", 16));
+    assert!(more > 2 * all && all > 2 * shallow, "{more} of all rays, {all} of those at depth 12, {shallow} followed");
+    // What is left out does not show: less than half a step of a screen.
+    let far = faint.pixels().zip(whole.pixels()).flat_map(|(a, b)| (0..3).map(move |c| (a[c] - b[c]).abs()));
+    assert!(far.fold(0.0, f32::max) < 0.5 / 255.0);
 }

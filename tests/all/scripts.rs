@@ -138,6 +138,10 @@ fn what_can_hardly_be_meant_is_warned_of() {
     assert!(said.stderr.contains("dark.ron:2:15: warning: entity `lost` is outside the picture"), "{}", said.stderr);
     assert!(said.stdout.contains("2 warnings"), "{}", said.stdout);
     sandbox.anim("check lit.ron --strict").fails(3, &["error: entity `lost` is outside the picture"]);
+    let metal = "(materials: {\n \"m\": (metallic: 1.0),\n}, entities: [(sphere: (), material: \"m\"), (point_light: (position: (0, 5, 5)))])";
+    sandbox.write("metal.ron", metal);
+    let said = ["metal.ron:2:", "`metallic` is not used by `BlinnPhong`, only by `Principled`"];
+    sandbox.anim("check metal.ron --strict").fails(3, &said);
     sandbox.write(
         "still.rhai",
         "animation(#{ scene: \"lit.ron\", frames: 3 });\nfn frame(s, f) { s.get(\"ball\").yaw = 90; s.despawn(s.get(\"lost\")); }",

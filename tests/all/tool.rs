@@ -51,8 +51,14 @@ impl Sandbox {
 
     /// Runs `anim` with the words of `arguments` in this folder.
     pub fn anim(&self, arguments: &str) -> Run {
+        self.anim_with(&[], arguments)
+    }
+
+    /// As [`Self::anim`], with variables of the environment.
+    pub fn anim_with(&self, variables: &[(&str, &str)], arguments: &str) -> Run {
         let output = Command::new(env!("CARGO_BIN_EXE_anim"))
             .args(arguments.split_whitespace())
+            .envs(variables.iter().copied())
             .current_dir(self.folder.path())
             .output()
             .unwrap();

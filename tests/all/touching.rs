@@ -70,25 +70,28 @@ fn glass_on_a_floor_is_seen_as_if_it_hovered() {
 #[test]
 fn of_two_surfaces_in_one_plane_one_wins_everywhere() {
     let quad = "mesh: (vertices: [(-1.3,-1,0),(1.3,-1,0),(1.3,1,0),(-1.3,1,0)], triangles: [(0,1,2),(0,2,3)])";
-    let triangle = "triangle: (vertices: ((-0.9,-0.8,0),(1.1,-0.7,0),(0.3,0.9,0)))";
+    let triangle = "triangle: (vertices: ((-1.9,-1.1,0),(2.1,-1.2,0),(0.3,2.4,0)))";
     let small = "mesh: (vertices: [(-0.8,-0.6,0),(0.8,-0.6,0),(0.8,0.6,0),(-0.8,0.6,0)], triangles: [(0,1,2),(0,2,3)])";
     let plane = "plane: (normal: (0, 0, 1))";
     let slab = "aabox: (min: (-1.2, -0.9, -0.5), max: (1.2, 0.9, 0))";
-    for (a, b) in [(quad, triangle), (quad, small), (small, plane), (slab, triangle), (slab, plane)] {
-        let scene = format!(
+    let render = |entities: &str| {
+        picture(&format!(
             r#"(
             camera: (from: (0.4, 1.0, 9.0), at: (0.0, 0.0, 0.0), fov: 6.0),
             render: (size: (24, 24), samples: 1, integrator: Whitted, transfer: Linear),
             materials: {{ "a": (color: (1, 0, 0)), "b": (color: (0, 1, 0)) }},
-            entities: [
-                ({a}, transform: (rotation: (17, 31, 11)), material: "a"),
-                ({b}, transform: (rotation: (17, 31, 11)), material: "b"),
-                (point_light: (position: (2, 6, 9))),
-            ],
+            entities: [{entities} (point_light: (position: (2, 6, 9)))],
         )"#
-        );
-        let picture = picture(&scene);
-        let red = picture.pixels().filter(|p| p.0[0] > p.0[1]).count();
+        ))
+    };
+    let of = |shape: &str, material: &str| {
+        format!("({shape}, transform: (rotation: (17, 31, 11)), material: \"{material}\"),")
+    };
+    let count = |picture: &image::Rgb32FImage, k: usize| picture.pixels().filter(|p| p.0[k] > p.0[1 - k]).count();
+    for (a, b) in [(quad, triangle), (quad, small), (small, plane), (slab, triangle), (slab, plane)] {
+        // Each of them alone fills the picture.
+        assert_eq!([count(&render(&of(a, "a")), 0), count(&render(&of(b, "b")), 1)], [24 * 24; 2], "{a} {b}");
+        let red = count(&render(&(of(a, "a") + &of(b, "b"))), 0);
         assert!(red == 0 || red == 24 * 24, "{a} {b}: {red} of {}", 24 * 24);
     }
 }
@@ -140,25 +143,74 @@ fn no_light_leaks_into_a_closed_room() {
     assert_eq!(lit, 0);
 }
 
+/// A room with a lamp and a ball that mirrors, or one that is seen in a mirror alone, by paths of so many rays.
+fn room(is_mirrored: bool, clamp: &str, depth: u32) -> image::Rgb32FImage {
+    let (lamp, mirror) = if is_mirrored {
+        ("(0.6, 1.6, 3.0)", "aabox: (min: (-1, 0, 1.9), max: (1, 2, 2))")
+    } else {
+        ("(0.2, 1.3, 0)", "sphere: (center: (-0.5, 0.4, 0), radius: 0.4)")
+    };
+    picture(&format!(
+        r#"(
+        camera: (from: (0.0, 1.0, 3.9), at: (0.0, 1.0, 0.0), fov: 40.0),
+        render: (size: (12, 12), samples: 64, integrator: Path, transfer: Linear, exposure: -5.0, max_depth: {depth}, {clamp}),
+        materials: {{ "w": (model: Lambert, color: (0.7, 0.7, 0.7)),
+            "l": (model: Lambert, color: (0, 0, 0), emission: (20, 20, 20)), "m": (model: Conductor, color: (0.9, 0.9, 0.9)) }},
+        entities: [(aabox: (min: (-1, 0, -1), max: (1, 2, 4)), material: "w"),
+            (sphere: (center: {lamp}, radius: 0.3), material: "l"), ({mirror}, material: "m")],
+    )"#
+    ))
+}
+
 #[test]
 fn a_clamp_cuts_indirect_light_alone() {
-    let room = |clamp: &str, depth: u32| {
-        let scene = format!(
-            r#"(
-            camera: (from: (0.0, 1.0, 3.9), at: (0.0, 1.0, 0.0), fov: 40.0),
-            render: (size: (12, 12), samples: 64, integrator: Path, max_depth: {depth}, transfer: Linear, exposure: -5.0, {clamp}),
-            materials: {{ "w": (model: Lambert, color: (0.7, 0.7, 0.7)),
-                "l": (model: Lambert, color: (0, 0, 0), emission: (20, 20, 20)), "m": (model: Conductor, color: (0.9, 0.9, 0.9)) }},
-            entities: [(aabox: (min: (-1, 0, -1), max: (1, 2, 4)), material: "w"),
-                (sphere: (center: (0.2, 1.3, 0), radius: 0.3), material: "l"), (sphere: (center: (-0.5, 0.4, 0), radius: 0.4), material: "m")],
-        )"#
-        );
-        picture(&scene)
+    // One ray more than these, and light of two walls is among it.
+    let direct = room(false, "", 1);
+    close("direct", &room(false, "clamp: Some(0.01)", 1), &direct, 1e-5);
+    let mirrored = room(true, "", 2);
+    assert!(mean(&mirrored) > 0.001, "{}", mean(&mirrored));
+    close("mirrored", &room(true, "clamp: Some(0.01)", 2), &mirrored, 1e-5);
+    let (free, cut) = (mean(&room(false, "", 6)), mean(&room(false, "clamp: Some(0.01)", 6)));
+    assert!(mean(&direct) <= cut * 1.01 && cut < 0.98 * free, "{} {cut} {free}", mean(&direct));
+    assert!(mean(&room(false, "clamp_direct: Some(0.01)", 1)) < 0.98 * mean(&direct));
+    assert!(mean(&room(true, "clamp_direct: Some(0.01)", 2)) < 0.98 * mean(&mirrored));
+}
+
+/// A block of coloured glass before a wall, with something in or around it.
+fn stained(others: &str, render: &str) -> image::Rgb32FImage {
+    picture(&format!(
+        r#"(
+        camera: (from: (0.3, 1.5, 6.0), at: (0.0, 0.5, 0.0), fov: 26.0),
+        render: (size: (14, 14), background: (0.4, 0.5, 0.6), max_depth: 8, transfer: Linear, {render}),
+        materials: {{ "g": (model: Dielectric, ior: 1.4, absorption: (0.1, 0.5, 0.9)), "w": (model: Lambert),
+            "gone": (model: Dielectric, ior: 1.7, absorption: (2, 0.3, 0.1), opacity: 0.0),
+            "mist": (model: Lambert, opacity: 0.0), "cut": (color: (1, 0, 0), opacity: 0.4, opacity_cutoff: 0.5) }},
+        entities: [(aabox: (min: (-1, 0, -0.6), max: (1, 1.2, 0.6)), material: "g"), (plane: (), material: "w"), {others}
+            (point_light: (position: (2, 5, 3), color: (0.6, 0.6, 0.6)))],
+    )"#
+    ))
+}
+
+/// What is not there changes nothing: before glass, in it, around it, seen and in the way of light.
+#[test]
+fn holes_in_and_around_glass_are_as_if_nothing_were_there() {
+    let ball = |radius: f64, material: &str| {
+        format!("(sphere: (center: (0, 0.6, 0), radius: {radius}), material: \"{material}\"),")
     };
-    // What the camera sees, in the mirror too, and direct light.
-    close("direct", &room("clamp: Some(0.01)", 2), &room("", 2), 1e-5);
-    let (free, cut) = (mean(&room("", 6)), mean(&room("clamp: Some(0.01)", 6)));
-    let direct = mean(&room("", 2));
-    assert!(direct <= cut * 1.01 && cut < 0.98 * free, "{direct} {cut} {free}");
-    assert!(mean(&room("clamp_direct: Some(0.01)", 2)) < 0.98 * direct);
+    let path = "integrator: Path, samples: 16, seed: Some(4)";
+    let photon = "integrator: Photon, samples: 4, photons: 20000, seed: Some(4)";
+    for render in
+        ["integrator: Whitted, samples: 1", "samples: 4, seed: Some(4), transparent_shadows: true", path, photon]
+    {
+        let alone = stained("", render);
+        for others in [
+            ball(0.4, "gone"),
+            ball(2.5, "gone"),
+            ball(0.4, "mist"),
+            ball(2.5, "cut"),
+            ball(0.4, "gone") + &ball(0.2, "gone"),
+        ] {
+            close(&format!("{render} {others}"), &stained(&others, render), &alone, 1e-3);
+        }
+    }
 }

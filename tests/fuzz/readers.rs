@@ -7,7 +7,7 @@ use anim::base::codec::{Decoder, SharedTable};
 use anim::base::digest::Digest;
 use anim::base::project::{Access, Folder, Project};
 use anim::base::rate::Rate;
-use anim::components::{Edit, Render, Scene};
+use anim::components::{Component, Edit, ImageCache, ImagePlane, Render, Scene};
 use anim::film::Film;
 use anim::load;
 use anim::output::formats::FORMATS;
@@ -15,6 +15,7 @@ use anim::output::manifest::Manifest;
 use anim::output::{Provenance, film, inspect, provenance_metadata, read_layered};
 use anim::script::host::{HOST_WORD, HostCommand};
 use anim::script::{Evaluation, Program};
+use anim::systems;
 
 pub struct Reader {
     pub name: &'static str,
@@ -26,7 +27,7 @@ pub struct Reader {
     pub read: fn(&Path, &[u8]),
 }
 
-pub const READERS: [Reader; 17] = [
+pub const READERS: [Reader; 20] = [
     Reader { name: "ron", seeds: || corpus("ron", &["scenes"]), words: &RON, read: |folder, bytes| ron(folder, bytes) },
     Reader {
         name: "nff",
@@ -39,6 +40,30 @@ pub const READERS: [Reader; 17] = [
         seeds: || corpus("nff", &[]),
         words: &NFF,
         read: |folder, bytes| nff(folder, bytes, "a.p3f"),
+    },
+    Reader {
+        name: "gltf",
+        seeds: || corpus("gltf", &[]),
+        words: &[
+            "\"extensions\": {",
+            "\"sparse\": {",
+            "\"count\": 4000000000",
+            "\"byteStride\": 4",
+            "\"children\": [0]",
+        ],
+        read: |folder, bytes| asset(folder, bytes, "a.gltf"),
+    },
+    Reader {
+        name: "glb",
+        seeds: glb_seeds,
+        words: &["glTF", "JSON", "BIN\0", "\"buffer\": 0", "\"bufferView\": 1"],
+        read: |folder, bytes| asset(folder, bytes, "a.glb"),
+    },
+    Reader {
+        name: "aff",
+        seeds: || corpus("aff", &[]),
+        words: &["k arm {", "transl 4\n", "tpa 2\n", "x arm {", "}", "i 1 a.aff\n", "vertices 9999999\n"],
+        read: |folder, bytes| asset(folder, bytes, "a.aff"),
     },
     Reader {
         name: "rhai",
@@ -189,6 +214,43 @@ fn nff(folder: &Path, bytes: &[u8], name: &str) {
     }
 }
 
+/// What was read is brought into a World, and every clip that it has is played.
+fn asset(folder: &Path, bytes: &[u8], name: &str) {
+    let path = put(folder, name, bytes);
+    let Ok((scene, _)) = load::load_scene(&path, false) else { return };
+    for desc in &scene.entities {
+        let clips = desc.components().iter().filter_map(|component| match component {
+            Component::Asset(asset) => Some(&asset.data.clips),
+            _ => None,
+        });
+        for track in clips.flatten().flat_map(|clip| &clip.tracks) {
+            for seconds in [-1.0, 0.0, 0.3, 1.0, 1e9] {
+                let value = track.at(seconds);
+                assert!(value.iter().all(|x| x.is_finite()), "{track:?} at {seconds}: {value:?}");
+            }
+        }
+    }
+    if let Ok(mut stage) = systems::spawn(scene) {
+        let _ = systems::update_hierarchy(&mut stage);
+    }
+}
+
+/// Text assets as binary ones, their buffers behind the text.
+fn glb_seeds() -> Vec<Vec<u8>> {
+    let packed = |text: &Vec<u8>| {
+        let padding = text.len().next_multiple_of(4) - text.len();
+        let length = (text.len() + padding) as u32;
+        let mut out = b"glTF\x02\0\0\0".to_vec();
+        out.extend((20 + length).to_le_bytes());
+        out.extend(length.to_le_bytes());
+        out.extend(b"JSON");
+        out.extend(text);
+        out.resize(out.len() + padding, b' ');
+        out
+    };
+    corpus("gltf", &[]).iter().map(packed).collect()
+}
+
 /// Evaluated as the program does it: what ends the script's process ends nothing else.
 fn rhai(folder: &Path, bytes: &[u8]) {
     let path = put(folder, "a.rhai", bytes);
@@ -320,7 +382,9 @@ fn image_seeds() -> Vec<Vec<u8>> {
 
 fn image(folder: &Path, bytes: &[u8]) {
     let path = put(folder, "a.png", bytes);
-    let _ = load::image::read_mip_map(&path, true, 1 << 20);
+    for plane in [ImagePlane::Srgb, ImagePlane::Alpha] {
+        let _ = load::image::fetch(&mut ImageCache::default(), &folder_of(folder), &"a.png".into(), plane);
+    }
     let _ = anim::compare::Picture::read(&path);
 }
 

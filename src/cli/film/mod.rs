@@ -25,8 +25,8 @@ pub use options::FilmOptionArguments;
   .y4m                 raw video for encoders, by this program alone
   .mp4 .webm .mov      video, by `ffmpeg` on the PATH
 
-INPUT is a script, whose missing frames are rendered first, or a folder of numbered frames, or a pattern of their
-names. Colours are those of BT.709, and said to be. The film gets its name when it is whole.
+INPUT is a script, whose missing frames are rendered first, or a folder of numbered frames, or a pattern of their \
+            names. Colours are those of BT.709, and said to be. The film gets its name when it is whole.
 
 Examples:
   anim film show.rhai -o show.mp4                    all frames, at the script's rate

@@ -25,8 +25,8 @@ use sweep::{MOST_TILES, Sweep, combinations};
   several inputs                              one picture of each
   a script and --sweep                        one picture for each value; two sweeps make a grid
 
-Labels name {frame} {seconds} {name} and every parameter of --sweep and -D; {seconds:.2} has two decimals, {frame:04}
-four digits. Pictures are shrunk to fit in linear light, never enlarged.
+Labels name {frame} {seconds} {name} and every parameter of --sweep and -D; {seconds:.2} has two decimals, {frame:04} \
+            four digits. Pictures are shrunk to fit in linear light, never enlarged.
 
 Examples:
   anim sheet show.rhai -o show.png

@@ -30,8 +30,8 @@ use results::{GoldenResult, Outcome};
   missing     fails: there is no golden yet; nothing is written until you accept it
   failed      fails: the script is wrong, or the frame could not be rendered
 
-Patterns name goldens as their files are called, without the ending: show, show.3, show.1-12, sh*, show.*, several with
-commas between them.
+Patterns name goldens as their files are called, without the ending: show, show.3, show.1-12, sh*, show.*, several with \
+            commas between them.
 
 Examples:
   anim test --init show.rhai       write golden.ron with a few frames of the script

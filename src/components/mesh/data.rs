@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, OnceLock};
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use rustc_hash::FxHashMap;
 
 use crate::base::digest::{Digest, Hasher};
@@ -12,14 +12,18 @@ use crate::components::Text;
 /// Vertices and triangles of a mesh, shared by all who use it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshData {
-    /// Positions, local space.
+    /// Positions, local space, relative to `origin`.
     pub vertices: Vec<Vec3>,
+    /// Where the positions count from, local space: far from 0 they would be rounded too much.
+    pub origin: DVec3,
     /// Corners as indices from 0, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
     /// One shading normal per vertex, or none at all; zero at vertices that have none.
     pub normals: Vec<Vec3>,
     /// Texture coordinates (u, v), one pair per vertex, or none at all; [`Self::NO_UV`] at vertices that have none.
     pub uvs: Vec<Vec2>,
+    /// As `uvs`, for textures that say `uv_set: 1`.
+    pub second_uvs: Vec<Vec2>,
     /// Red, green, blue and alpha, linear, multiplied with the colour of the material; one per vertex, or none at all.
     pub colors: Vec<Vec4>,
     /// The smoothing group of each triangle, or none at all: normals are joined inside of a group; in 0 they are flat.
@@ -123,6 +127,21 @@ impl MeshData {
         MeshData { uvs, ..self }
     }
 
+    /// Positions, local space.
+    pub fn points(&self) -> impl Iterator<Item = DVec3> {
+        self.vertices.iter().map(|vertex| vertex.as_dvec3() + self.origin)
+    }
+
+    /// The first or the second texture coordinates.
+    pub fn uv_set(&self, second: bool) -> &[Vec2] {
+        if second { &self.second_uvs } else { &self.uvs }
+    }
+
+    /// The mesh with its vertices elsewhere: one position each, and one normal each where it has any.
+    pub fn moved(&self, vertices: Vec<Vec3>, normals: Vec<Vec3>) -> Self {
+        MeshData { vertices, normals, ..self.clone() }
+    }
+
     /// The triangles of a group or an object.
     pub fn group(&self, name: &str) -> Option<&FaceSet> {
         self.groups.iter().find(|set| &*set.name == name)
@@ -135,8 +154,10 @@ impl MeshData {
             && self.normals.len() == other.normals.len();
         is_same.then(|| {
             let step = |(a, b): (&Vec3, &Vec3)| *a + (*b - *a) * share;
+            let apart = (other.origin - self.origin).as_vec3();
+            let there = other.vertices.iter().map(|v| *v + apart);
             let mut moved = self.clone();
-            moved.vertices = self.vertices.iter().zip(&other.vertices).map(step).collect();
+            moved.vertices = self.vertices.iter().zip(there).map(|(a, b)| step((a, &b))).collect();
             moved.normals = self.normals.iter().zip(&other.normals).map(step).collect();
             moved
         })
@@ -176,15 +197,20 @@ impl MeshData {
     /// The digest of all that the mesh is made of.
     pub fn digest(&self) -> Digest {
         *self.computed.digest.get_or_init(|| {
-            let MeshData { vertices, triangles, normals, uvs, colors, smoothing, .. } = self;
-            let MeshData { materials, groups, computed: _, .. } = self;
+            let MeshData { vertices, triangles, normals, uvs, second_uvs, colors, .. } = self;
+            let MeshData { smoothing, materials, groups, origin, computed: _, .. } = self;
             let mut hasher = Hasher::default();
+            if *origin != DVec3::ZERO {
+                origin.to_array().into_iter().for_each(|x| hasher.number(x));
+            }
             for points in [vertices, normals] {
                 hasher.word(points.len() as u64);
                 points.iter().flat_map(|p| p.to_array()).for_each(|x| hasher.bytes(&x.to_bits().to_le_bytes()));
             }
-            hasher.word(uvs.len() as u64);
-            uvs.iter().flat_map(|uv| uv.to_array()).for_each(|x| hasher.bytes(&x.to_bits().to_le_bytes()));
+            for uvs in [uvs, second_uvs] {
+                hasher.word(uvs.len() as u64);
+                uvs.iter().flat_map(|uv| uv.to_array()).for_each(|x| hasher.bytes(&x.to_bits().to_le_bytes()));
+            }
             hasher.word(colors.len() as u64);
             colors.iter().flat_map(|c| c.to_array()).for_each(|x| hasher.bytes(&x.to_bits().to_le_bytes()));
             hasher.word(triangles.len() as u64);
@@ -231,9 +257,7 @@ impl MeshData {
                 sums[corner as usize] += weighted;
             }
         }
-        if self.has_seams() {
-            self.join_seams(&mut sums);
-        }
+        self.join_seams(&mut sums);
         sums.into_iter().map(|n| n.try_normalize().unwrap_or(Vec3::Y)).collect()
     }
 
@@ -243,12 +267,8 @@ impl MeshData {
         (b - a).cross(c - a)
     }
 
-    /// Whether vertices at one place may differ in something else.
-    pub(super) fn has_seams(&self) -> bool {
-        !self.uvs.is_empty() || !self.normals.is_empty() || !self.colors.is_empty()
-    }
-
-    /// Vertices that only differ in their texture coordinates get one normal: the seam of a texture is no crease.
+    /// Vertices at one place get one normal: neither the seam of a texture nor that of a ball that was rolled from a sheet
+    /// is a crease.
     fn join_seams(&self, sums: &mut [Vec3]) {
         let mut joined: FxHashMap<[u32; 3], Vec3> = FxHashMap::default();
         for (v, sum) in self.vertices.iter().zip(sums.iter()) {

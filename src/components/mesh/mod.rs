@@ -141,7 +141,7 @@ impl Record for Mesh {
             "smooth" => Some(self.smooth.to_value()),
             "crease_angle" => Some(self.crease_angle.to_value()),
             "file_materials" => Some(self.file_materials.to_value()),
-            "vertices" => Some(self.data.vertices.to_value()),
+            "vertices" => Some(self.data.points().map(|point| point.as_vec3()).collect::<Vec<Vec3>>().to_value()),
             "normals" => Some(self.data.normals.to_value()),
             "triangles" => Some(self.data.triangles.to_value()),
             "uvs" => Some(self.data.uvs.to_value()),
@@ -171,7 +171,10 @@ impl Record for Mesh {
             "smooth" => self.smooth = Option::from_value(value).map_err(wrong)?,
             "crease_angle" => self.crease_angle = Option::from_value(value).map_err(wrong)?,
             "file_materials" => self.file_materials = bool::from_value(value).map_err(wrong)?,
-            "vertices" => self.edit().vertices = Vec::from_value(value).map_err(wrong)?,
+            "vertices" => {
+                let data = self.edit();
+                (data.vertices, data.origin) = (Vec::from_value(value).map_err(wrong)?, DVec3::ZERO);
+            }
             "normals" => self.edit().normals = Vec::from_value(value).map_err(wrong)?,
             "triangles" => {
                 let triangles = Vec::from_value(value).map_err(wrong)?;
@@ -237,7 +240,8 @@ impl Shape for Mesh {
     }
     fn support(&self, direction: DVec3) -> f64 {
         let of_box = |corners: &[Vec3; 2]| support_of_box(corners.map(|corner| corner.as_dvec3()), direction);
-        self.data.boxes().iter().map(of_box).fold(f64::NEG_INFINITY, f64::max)
+        let farthest = self.data.boxes().iter().map(of_box).fold(f64::NEG_INFINITY, f64::max);
+        farthest + self.data.origin.dot(direction)
     }
     fn primitive_count(&self) -> usize {
         self.data.triangles.len()

@@ -159,9 +159,11 @@ impl<'a> Cutter<'a> {
         let smooth = !data.normals.is_empty() || !matches!(self.normals, NormalSource::None);
         let piece = MeshData {
             vertices: copies().map(|(v, _)| data.vertices[v]).collect(),
+            origin: data.origin,
             triangles: corners,
             normals: if smooth { copies().map(normal).collect() } else { Vec::new() },
             uvs: copies().filter_map(|(v, _)| data.uvs.get(v).copied()).collect(),
+            second_uvs: copies().filter_map(|(v, _)| data.second_uvs.get(v).copied()).collect(),
             colors: copies().filter_map(|(v, _)| data.colors.get(v).copied()).collect(),
             ..MeshData::default()
         };

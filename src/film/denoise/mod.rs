@@ -30,6 +30,8 @@ mod select;
 
 use glam::Vec3;
 
+#[cfg(test)]
+pub use halves::HalfPixel;
 pub use halves::{DenoisePixel, DenoiseSum, SeenFeature};
 use pass::{FeaturePlanes, HalfLight, PassShape, filter};
 use plane::{PaddedPlane, box_weights};
@@ -78,20 +80,20 @@ pub fn denoise(film: &mut Film) {
         guide: cut[half].clone(),
         variance: with_unseen(&variances[half], &cut[half]),
     });
-    let mut levels = vec![level.clone()];
+    let (mut outputs, mut guides) = (Vec::new(), Vec::new());
+    let mut show = |level: &[HalfLight; 2]| {
+        outputs.push([0, 1].map(|half: usize| modulated(&level[half].light, &albedo[half])));
+        guides.push(Candidate { halves: [0, 1].map(|half: usize| modulated(&level[half].guide, &albedo[half])) });
+    };
+    show(&level);
     for shape in PASSES {
         level = filter(&level, &features, shape);
         let spread = spread_of(&level, &variances);
         for half in &mut level {
             half.variance = with_unseen(&spread, &half.guide);
         }
-        levels.push(level.clone());
+        show(&level);
     }
-    let shown = |light: &dyn Fn(&HalfLight) -> [PaddedPlane; 3], level: &[HalfLight; 2]| {
-        [0, 1].map(|half| modulated(&light(&level[half]), &albedo[half]))
-    };
-    let outputs: Vec<[[PaddedPlane; 3]; 2]> = levels.iter().map(|l| shown(&|h| h.light.clone(), l)).collect();
-    let guides: Vec<Candidate> = levels.iter().map(|l| Candidate { halves: shown(&|h| h.guide.clone(), l) }).collect();
     let weights = choose(&believed, &guides, &|i| pixels[i].samples < FEWEST_TO_CHOOSE);
     for (i, pixel) in film.pixels.iter_mut().enumerate() {
         let mut color = Vec3::ZERO;

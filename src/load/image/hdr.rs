@@ -62,9 +62,9 @@ pub fn header(bytes: &[u8]) -> Result<HdrHeader, String> {
     let [first, lines, second, length] = words[..] else { return Err(wrong()) };
     let [lines, length] = [lines, length].map(|word| word.parse::<u32>().ok());
     let (Some(lines), Some(length)) = (lines, length) else { return Err(wrong()) };
-    let columns = match (&first[1..], &second[1..]) {
-        ("Y", "X") => false,
-        ("X", "Y") => true,
+    let columns = match (first.get(1..), second.get(1..)) {
+        (Some("Y"), Some("X")) => false,
+        (Some("X"), Some("Y")) => true,
         _ => return Err(wrong()),
     };
     let [x, y] = if columns { [first, second] } else { [second, first] };
@@ -157,6 +157,14 @@ mod tests {
     fn read(bytes: &[u8]) -> Result<([u32; 2], Vec<f32>), String> {
         let header = header(bytes)?;
         Ok((header.size, texels(bytes, &header)?))
+    }
+
+    #[test]
+    fn a_resolution_of_other_letters_is_none() {
+        for resolution in ["\u{fffd} 2 X 6", "-Y 2 \u{e9} 6", "Y 2 X 6", "- 2 + 6"] {
+            let said = read(format!("#?RADIANCE\n\n{resolution}\n").as_bytes()).unwrap_err();
+            assert!(said.contains("is no resolution"), "{said}");
+        }
     }
 
     /// Red values of a picture whose texels count from 1, with this resolution.

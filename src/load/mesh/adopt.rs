@@ -248,9 +248,9 @@ pub fn complete(
     let mut material = brought.material.clone();
     for (slot, texture, warning) in &brought.maps {
         let Some(file) = &texture.image else { continue };
-        let colored = matches!(slot, Slot::Color | Slot::Specular);
-        let decoded = texture.decodes(colored && curved);
-        let picture = match image::fetch(images, &scene.base, file, decoded) {
+        let colored = matches!(slot, Slot::Color | Slot::Specular | Slot::Emission);
+        let plane = texture.plane(colored && curved);
+        let picture = match image::fetch(images, &scene.base, file, plane) {
             Ok(picture) => picture,
             Err(problem) => {
                 let message = format!("{}: {}", warning.message, problem.message);
@@ -263,6 +263,8 @@ pub fn complete(
             Slot::Color => material.color_map = texture,
             Slot::Specular => material.specular_map = texture,
             Slot::Roughness => material.roughness_map = texture,
+            Slot::Opacity => material.opacity_map = texture,
+            Slot::Emission => material.emission_map = texture,
             Slot::Normal => material.normal_map = texture,
             Slot::Bump if is_of_normals(&picture) => {
                 let depth = texture.as_ref().and_then(|t| t.depth).map(|depth| depth / Texture::DEPTH);

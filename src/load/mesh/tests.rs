@@ -209,9 +209,9 @@ fn equal_names_of_two_libraries_stay_apart() {
         ("b.obj", other_obj.as_bytes()),
         ("other.mtl", other.as_bytes()),
     ]);
-    let bag = |name: &str| EntityDesc::new([file(name).into()]);
+    let desc = |name: &str| EntityDesc::new([file(name).into()]);
     let mut scene =
-        Scene { base: folder.path().into(), entities: vec![bag("two.obj"), bag("b.obj")], ..Scene::default() };
+        Scene { base: folder.path().into(), entities: vec![desc("two.obj"), desc("b.obj")], ..Scene::default() };
     let (problems, warnings) = load_all(&mut scene);
     assert!(problems.is_empty() && warnings.is_empty());
     assert_eq!(scene.materials.iter().map(|(n, _)| &**n).collect::<Vec<_>>(), ["red", "green", "b/red", "b/green"]);

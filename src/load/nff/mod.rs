@@ -325,7 +325,7 @@ impl NffReader<'_> {
                 specular: n[4],
                 shininess: n[5],
                 transmission: n[6],
-                ior: n[7],
+                ior: Some(n[7]),
                 gloss: n.get(8).map_or(0.0, |g| g.clamp(0.0, 1.0)),
                 two_sided: shown_on_both_sides(),
                 ..Material::default()
@@ -337,7 +337,7 @@ impl NffReader<'_> {
                 specular: n[7],
                 shininess: n[8],
                 transmission: n[9],
-                ior: n[10],
+                ior: Some(n[10]),
                 gloss: n.get(11).map_or(0.0, |g| g.clamp(0.0, 1.0)),
                 ..Material::default()
             },
@@ -345,7 +345,7 @@ impl NffReader<'_> {
         };
         self.p3f |= n.len() >= 11;
         // Files name a transparency without an index of refraction, or one above 1.
-        let ior = if material.ior > 0.0 { material.ior } else { 1.0 };
+        let ior = material.ior.filter(|ior| *ior > 0.0).or(Some(1.0));
         let material = Material { ior, transmission: material.transmission.min(1.0), ..material };
         if let Err(invalid) = material.check() {
             return self.warn(word, format!("{}; material skipped", invalid.message));

@@ -39,7 +39,7 @@ fn the_core_records() {
     assert_eq!((scene.render.max_depth, scene.render.samples), (5, 1));
     let material = &scene.materials[0].1;
     assert_eq!((material.diffuse, material.specular, material.shininess), (0.5, 0.25, 9.0));
-    assert_eq!((material.transmission, material.ior), (0.5, 1.5));
+    assert_eq!((material.transmission, material.ior), (0.5, Some(1.5)));
     let Some(Component::PointLight(light)) = scene.entities[1].get(Kind::PointLight) else { panic!() };
     assert!((light.color.x - 0.5f64.sqrt()).abs() < 1e-12);
 }

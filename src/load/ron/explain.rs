@@ -7,7 +7,7 @@ use super::{SECTIONS, options};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, suggestion};
 use crate::base::text;
 use crate::components::*;
-use crate::load::spans::{self, SyntaxField, SyntaxNode};
+use crate::load::spans::{self, SyntaxField, SyntaxNode, mistake_in_name};
 
 /// All mistakes of a text that could not be read; `first` is what serde said of it.
 ///
@@ -90,13 +90,9 @@ impl Explainer<'_> {
                 continue;
             };
             let span = (child.key_start, child.key_end);
-            if !known.contains(&key) {
-                let help = suggestion(key, known.iter().copied());
-                self.report(span, format!("unknown field `{key}` in {owner}"), help);
-            } else if good.iter().any(|other| other.key.as_deref() == Some(key)) {
-                self.report(span, format!("`{key}` is given twice in {owner}"), None);
-            } else {
-                good.push(child);
+            match mistake_in_name(key, known, &good, owner) {
+                Some((message, help)) => self.report(span, message, help),
+                None => good.push(child),
             }
         }
         good

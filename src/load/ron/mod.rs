@@ -10,8 +10,9 @@ use ::ron::extensions::Extensions;
 use serde::Deserialize;
 use serde::de::{Error as _, MapAccess, Visitor};
 
-use super::resolve::{self, Problem};
-use super::{image, mesh, spans};
+use super::assemble::{self, Wrong};
+use super::resolve::Problem;
+use super::spans;
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place};
 use crate::base::project::Folder;
 use crate::components::*;
@@ -72,34 +73,26 @@ pub fn parse(text: &str, file: &str, base: &Folder) -> Result<(Scene, Diagnostic
         Err(error) => {
             let (mut found, scene) = explain::explain(text, file, &error);
             // A piece that could not be read is at its default, which is right: what is wrong here was read.
-            let problems = scene.map_or(Vec::new(), |scene| resolve::check(&scene));
-            found.0.extend(placed(text, file, problems).0);
-            return Err(in_order(found));
+            let Some(mut scene) = scene else { return Err(in_order(found)) };
+            scene.base = base.clone();
+            let expanded = assemble::expanded(&mut scene);
+            found.0.extend(placed(text, file, expanded.problems).0);
+            found = in_order(found);
+            found.0.extend(expanded.found.0);
+            return Err(found);
         }
     };
     let SceneFile { camera, render, materials, entities } = read;
     let mut scene =
         Scene { camera, render, materials: materials.0, entities, base: base.clone(), images: ImageCache::default() };
-    let mut problems = resolve::check(&scene);
-    let mut warnings = Vec::new();
-    if problems.is_empty() {
-        (problems, warnings) = mesh::load_all(&mut scene);
-        problems.extend(image::load_all(&mut scene));
-        problems.extend(sky_problem(&mut scene));
+    match assemble::assemble(&mut scene) {
+        Ok(warnings) => Ok((scene, Diagnostics(warnings))),
+        Err(Wrong { problems, found }) => {
+            let mut all = placed(text, file, problems);
+            all.0.extend(found.0);
+            Err(all)
+        }
     }
-    if problems.is_empty() {
-        return Ok((scene, Diagnostics(warnings)));
-    }
-    Err(placed(text, file, problems))
-}
-
-/// What is wrong with the environment that a scene names.
-fn sky_problem(scene: &mut Scene) -> Option<Problem> {
-    let name = scene.render.environment.as_ref()?;
-    let decoded = scene.render.transfer == Transfer::Srgb;
-    let problem = image::read_surroundings(&mut scene.images, &scene.base, name, decoded).err()?;
-    let path = vec![resolve::key("render"), resolve::key("environment")];
-    Some(Problem::new(path, problem.message).help(problem.help))
 }
 
 /// Problems of a scene with their places in its text.
@@ -117,7 +110,7 @@ fn placed(text: &str, file: &str, problems: Vec<Problem>) -> Diagnostics {
             Some(inside) => {
                 let named = format!("the file is named in {}:{}:{}", here.file, here.line, here.column);
                 let help = problem.help.clone().map_or(named.clone(), |help| format!("{help}; {named}"));
-                problem.help(Some(help)).diagnostic().at(inside)
+                problem.help(Some(help)).diagnostic().at(*inside)
             }
         }
     };

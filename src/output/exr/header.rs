@@ -3,7 +3,8 @@
 //! (OpenEXR file layout: magic number and version; attributes of name, type, length and value, behind the last of them a
 //! zero; the places of all blocks, counted from the start of the file; the blocks.)
 
-use crate::output::metadata::Metadata;
+use crate::base::digest::Digest;
+use crate::output::metadata::{Metadata, PIXELS};
 
 /// Magic number, and version 2 of a plain picture: one part of scan lines with short names.
 pub const START: [u8; 8] = [0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0];
@@ -57,6 +58,17 @@ pub fn text_of(metadata: &Metadata) -> String {
     lines.join("\n")
 }
 
+/// Puts the digest of the pixels in its place, the last of the metadata that a file was just written with.
+pub fn set_pixels(bytes: &mut [u8], metadata: &Metadata, digest: Digest) {
+    let text = digest.to_string();
+    let Some(end) = layout(bytes).map(|layout| layout.end) else { return };
+    if let Some(place) = bytes.get_mut(end.saturating_sub(text.len())..end)
+        && metadata.last().is_some_and(|(keyword, _)| keyword == PIXELS)
+    {
+        place.copy_from_slice(text.as_bytes());
+    }
+}
+
 /// The same picture with other values of some of its metadata: to the byte what encoding it with those would give.
 ///
 /// `None` if it is not a plain picture with such metadata. Whether its blocks are whole is for others to see.
@@ -87,7 +99,7 @@ pub fn with_metadata(bytes: &[u8], metadata: &Metadata, changed: &Metadata) -> O
 
 #[cfg(test)]
 mod tests {
-    use super::super::{encode, read_header};
+    use super::super::{EXR, read_header};
     use super::*;
     use crate::components::{Aov, Render};
     use crate::film::Film;
@@ -102,7 +114,7 @@ mod tests {
         };
         for (bit_depth, aovs) in [(16, vec![]), (32, vec![Aov::Depth, Aov::Normal])] {
             let render = Render { bit_depth, aovs, ..Render::default() };
-            let [one, other] = ["1", "123"].map(|n| encode(&film, &render, &metadata(n)).unwrap());
+            let [one, other] = ["1", "123"].map(|n| (EXR.encode)(&film, &render, &metadata(n)).unwrap());
             let changed = vec![("Frame".into(), "123".into())];
             assert!(with_metadata(&one, &metadata("1"), &changed) == Some(other.clone()));
             assert!(with_metadata(&other, &metadata("123"), &vec![("Frame".into(), "1".into())]) == Some(one.clone()));

@@ -3,9 +3,14 @@
 
 use ::exr::image::FlatSamples;
 use ::exr::math::Vec2;
-use ::exr::prelude::{AnyChannel, f16};
+use ::exr::prelude::{
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, Image, Layer, LayerAttributes, LineOrder, Text,
+    WritableImage, f16,
+};
 
-use super::{FlatImage, digest_of, file_of, read_header, read_image};
+use super::channels::ChannelDigests;
+use super::header::text_of;
+use super::{FlatImage, read_header, read_image};
 use crate::base::limits;
 use crate::output::metadata::{HASH, Metadata, PIXELS, WHOLE, text_under, with_pixels};
 use crate::output::parts::PixelWindow;
@@ -94,10 +99,30 @@ pub fn merge_exr(files: &[(String, Vec<u8>)]) -> Result<MergedPicture, String> {
     });
     let channels: Vec<AnyChannel<FlatSamples>> = channels.collect();
     let metadata = whole_metadata(&first.metadata);
-    let metadata = with_pixels(&metadata, || digest_of([width, height], &channels));
+    let mut digests = ChannelDigests::default();
+    digests.add(&channels);
+    let metadata = with_pixels(&metadata, || digests.finish([width, height]));
     let is_known = text_under(&metadata, HASH).is_some();
-    let bytes = file_of([width, height], channels, &metadata, None)?;
+    let bytes = file_of([width, height], channels, &metadata)?;
     Ok(MergedPicture { bytes, size: [width, height], is_known })
+}
+
+/// The bytes of a file: to the byte what a frame of these channels is written as.
+fn file_of(
+    [width, height]: [u32; 2],
+    channels: Vec<AnyChannel<FlatSamples>>,
+    metadata: &Metadata,
+) -> Result<Vec<u8>, String> {
+    let comments = Some(Text::from_slice_unchecked(text_of(metadata).as_bytes()));
+    let attributes = LayerAttributes { comments, ..LayerAttributes::default() };
+    let encoding =
+        Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+    let size = Vec2(width as usize, height as usize);
+    let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(channels.into()));
+    let mut bytes = Vec::new();
+    // On one thread: blocks lie in the file in the order of their lines.
+    let written = Image::from_layer(layer).write().non_parallel().to_buffered(std::io::Cursor::new(&mut bytes));
+    written.map(|()| bytes).map_err(|e| e.to_string())
 }
 
 fn check_alike(first: &TilePart, part: &TilePart) -> Result<(), String> {

@@ -3,26 +3,22 @@
 //! One part of scan lines, compressed by ZIP (lossless, sixteen lines at a time). Channels have the names that
 //! compositors look for: `R G B` for the picture, `Z` for depth, `N.X` and so on for what else is asked for.
 
+mod channels;
 pub(super) mod header;
 mod merge;
 mod parts;
+mod rows;
 
+use std::borrow::Cow;
 use std::io::Cursor;
 
-use ::exr::math::Vec2;
 use ::exr::meta::MetaData;
-use ::exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, IntegerBounds, Layer, LayerAttributes,
-    LineOrder, ReadChannels, ReadLayers, Text, WritableImage, f16, read,
-};
+use ::exr::prelude::{AnyChannels, FlatSamples, Image, Layer, ReadChannels, ReadLayers, Text, read};
 
 use super::format::{Decoded, Format, PictureHeader};
-use super::metadata::{Metadata, with_pixels};
-use crate::base::digest::{Digest, Hasher};
+use crate::base::digest::Digest;
 use crate::base::limits;
-use crate::components::{Aov, Render};
-use crate::film::Film;
-use header::text_of;
+use channels::ChannelDigests;
 pub use merge::{MergedPicture, merge_exr};
 pub use parts::read_exr_parts;
 
@@ -33,7 +29,12 @@ pub const EXR: Format = Format {
     signature: &[0x76, 0x2f, 0x31, 0x01],
     bit_depths: &[(8, "halves"), (16, "halves"), (32, "floats")],
     holds: |_| true,
-    encode,
+    encode: |film, render, metadata| {
+        rows::encode_bands([film.width, film.height], render, metadata, &mut || Some(Cow::Borrowed(film)))
+    },
+    encode_rows: |size, render, metadata, next| {
+        rows::encode_bands(size, render, metadata, &mut || next().map(Cow::Owned))
+    },
     decode,
     pixels,
     read_header,
@@ -42,111 +43,17 @@ pub const EXR: Format = Format {
     relabel: header::with_metadata,
 };
 
-/// Largest number of a half.
-const MOST_OF_HALF: f32 = 65_504.0;
 /// Layers and channels of a file that is read: far more than any renderer writes.
 const MOST_CHANNELS: usize = 1_024;
 /// How many times smaller than its values a file can be: the best that black pictures reach.
 const MOST_SQUEEZED: u64 = 10_000;
 
-/// All layers; a file has each once, however often it is asked for.
-const LAYERS: [Aov; 8] =
-    [Aov::Depth, Aov::Normal, Aov::Albedo, Aov::Position, Aov::Entity, Aov::Material, Aov::Motion, Aov::Variance];
-
-/// The bytes of an EXR file: colours in halves, or in floats where `bit_depth` is 32; all else in floats.
-///
-/// # Errors
-/// What the format cannot hold.
-fn encode(film: &Film, render: &Render, metadata: &Metadata) -> Result<Vec<u8>, String> {
-    let colors = &film.pixels;
-    let mut channels: Vec<AnyChannel<FlatSamples>> = Vec::new();
-    for (axis, name) in ["R", "G", "B"].into_iter().enumerate() {
-        let values = colors.iter().map(|color| color[axis]);
-        let samples = match render.bit_depth {
-            32 => FlatSamples::F32(values.collect()),
-            // What is too bright for a half is as bright as a half can be.
-            _ => FlatSamples::F16(values.map(|x| f16::from_f32(x.min(MOST_OF_HALF))).collect()),
-        };
-        channels.push(AnyChannel::new(name, samples));
-    }
-    for aov in LAYERS {
-        if render.aovs.contains(&aov) {
-            channels.extend(
-                columns(film, aov).into_iter().map(|(name, values)| AnyChannel::new(name, FlatSamples::F32(values))),
-            );
-        }
-    }
-    let size = [film.width, film.height];
-    let metadata = with_pixels(metadata, || digest_of(size, &channels));
-    // What is meant to be shown is the whole frame; there may be pixels for a part of it.
-    let window = render.region.map(|_| (render.pixel_bounds()[0], render.size));
-    file_of(size, channels, &metadata, window)
-}
-
-/// The bytes of a file; `window` is where a part of a frame lies in it, and the frame's size.
-fn file_of(
-    size: [u32; 2],
-    channels: Vec<AnyChannel<FlatSamples>>,
-    metadata: &Metadata,
-    window: Option<([u32; 2], [u32; 2])>,
-) -> Result<Vec<u8>, String> {
-    // One attribute for all metadata: the crate writes several in an order that changes from run to run.
-    let comments = Some(Text::from_slice_unchecked(text_of(metadata).as_bytes()));
-    let attributes = LayerAttributes { comments, ..LayerAttributes::default() };
-    let encoding =
-        Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
-    let side = |[width, height]: [u32; 2]| Vec2(width as usize, height as usize);
-    let layer = Layer::new(side(size), attributes, encoding, AnyChannels::sort(channels.into()));
-    let mut image = Image::from_layer(layer);
-    if let Some(([x, y], frame)) = window {
-        image.attributes.display_window = IntegerBounds::from_dimensions(side(frame));
-        image.layer_data.attributes.layer_position = Vec2(x as i32, y as i32);
-    }
-    let mut bytes = Vec::new();
-    // On one thread: blocks lie in the file in the order of their lines.
-    let written = image.write().non_parallel().to_buffered(Cursor::new(&mut bytes));
-    written.map(|()| bytes).map_err(|e| e.to_string())
-}
-
-/// The digest of a picture's size and the values of all its channels, whatever their order and the file's compression.
-fn digest_of(size: [u32; 2], channels: &[AnyChannel<FlatSamples>]) -> Digest {
-    let mut sorted: Vec<&AnyChannel<FlatSamples>> = channels.iter().collect();
-    sorted.sort_by(|a, b| a.name.as_slice().cmp(b.name.as_slice()));
-    let mut hasher = Hasher::default();
-    size.into_iter().for_each(|side| hasher.word(side.into()));
-    for channel in sorted {
-        hasher.bytes(channel.name.as_slice());
-        for value in channel.sample_data.values_as_f32() {
-            hasher.bytes(&value.to_bits().to_le_bytes());
-        }
-    }
-    hasher.finish()
-}
-
 /// The digest of what a file shows.
 fn pixels(bytes: &[u8]) -> Option<Digest> {
     let (size, image) = read_image(bytes).ok()?;
-    Some(digest_of(size, &image.layer_data.channel_data.list))
-}
-
-/// The channels of a layer, by name.
-fn columns(film: &Film, aov: Aov) -> Vec<(&'static str, Vec<f32>)> {
-    let layers = &film.layers;
-    let axis = |of: &[[f32; 3]], i: usize| of.iter().map(|v| v[i]).collect();
-    let side = |i: usize| layers.motion.iter().map(|v| v[i]).collect();
-    let three = |names: [&'static str; 3], of: &[[f32; 3]]| (0..3).map(|i| (names[i], axis(of, i))).collect();
-    // Exact: there are fewer entities and materials than 2^24.
-    let numbers = |of: &[u32]| of.iter().map(|n| *n as f32).collect();
-    match aov {
-        Aov::Depth => vec![("Z", layers.depth.clone())],
-        Aov::Normal => three(["N.X", "N.Y", "N.Z"], &layers.normal),
-        Aov::Albedo => three(["albedo.R", "albedo.G", "albedo.B"], &layers.albedo),
-        Aov::Position => three(["P.X", "P.Y", "P.Z"], &layers.position),
-        Aov::Entity => vec![("entityId", numbers(&layers.entity))],
-        Aov::Material => vec![("materialId", numbers(&layers.material))],
-        Aov::Motion => vec![("motion.X", side(0)), ("motion.Y", side(1))],
-        Aov::Variance => vec![("variance", layers.variance.clone())],
-    }
+    let mut digests = ChannelDigests::default();
+    digests.add(&image.layer_data.channel_data.list);
+    Some(digests.finish(size))
 }
 
 /// What the header of an EXR file says.
@@ -221,6 +128,9 @@ fn read_image(bytes: &[u8]) -> Result<([u32; 2], FlatImage), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::components::{Aov, Render};
+    use crate::film::{Film, PixelBounds};
+    use crate::output::metadata::Metadata;
 
     fn file() -> Vec<u8> {
         let mut film = Film::new(19, 18);
@@ -228,7 +138,7 @@ mod tests {
         film.layers.make_room_for_features(19 * 18);
         let render = Render { aovs: vec![Aov::Entity, Aov::Depth], ..Render::default() };
         let metadata: Metadata = vec![("Source".into(), "schön: 雪.rhai".into()), ("Frame".into(), "7".into())];
-        encode(&film, &render, &metadata).unwrap()
+        (EXR.encode)(&film, &render, &metadata).unwrap()
     }
 
     #[test]
@@ -244,6 +154,33 @@ mod tests {
         let header = read_header(&bytes).unwrap();
         assert_eq!(header.channels, ["B", "G", "R", "Z", "entityId"]);
         assert_eq!(header.metadata[0], ("Source".to_string(), "schön: 雪.rhai".to_string()));
+    }
+
+    #[test]
+    fn a_file_of_bands_is_that_of_the_whole() {
+        let mut whole = Film::new(7, 75);
+        let count = whole.pixels.len();
+        whole.pixels.iter_mut().enumerate().for_each(|(i, p)| *p = [i as f32 / 9.0, 0.1, 1e9]);
+        whole.layers.make_room_for_features(count);
+        let metadata: Metadata = vec![("Frame".into(), "7".into()), ("Hash".into(), "0".into())];
+        for (region, aovs) in [(None, vec![Aov::Normal, Aov::Depth]), (Some([2, 5, 7, 75]), Vec::new())] {
+            let render = Render { size: [20, 90], region, aovs, ..Render::default() };
+            let expected = (EXR.encode)(&whole, &render, &metadata).unwrap();
+            let said = read_header(&expected).unwrap().metadata;
+            assert_eq!(said.last().unwrap().1, pixels(&expected).unwrap().to_string());
+            for heights in [vec![16, 48, 11], vec![5, 30, 1, 39], vec![75]] {
+                let bounds = PixelBounds::whole([7, 75]);
+                let (mut top, mut heights) = (0, heights.into_iter());
+                let mut next = || {
+                    let height = heights.next()?;
+                    top += height;
+                    Some(whole.cropped(bounds, PixelBounds { origin: [0, top - height], size: [7, height] }))
+                };
+                let found = (EXR.encode_rows)([7, 75], &render, &metadata, &mut next).unwrap();
+                assert!(found == expected);
+            }
+            assert!((EXR.encode_rows)([7, 75], &render, &metadata, &mut || None).is_err());
+        }
     }
 
     #[test]

@@ -263,7 +263,7 @@ fn element<R: Read + Seek>(source: &mut Source<R>, at: u64, to: u64) -> Option<(
     let size = source.number(size_at, size_length)? & mask;
     let data = size_at + size_length;
     // All ones: up to the end of what it lies in.
-    let size = if size == mask { to - data } else { size };
+    let size = if size == mask { to.checked_sub(data)? } else { size };
     (data.checked_add(size)? <= to).then_some((kind, data, size))
 }
 
@@ -319,6 +319,14 @@ mod tests {
 
     fn of(bytes: &[u8]) -> Option<FilmInfo> {
         film_info(&mut Source { file: Cursor::new(bytes), end: bytes.len() as u64 })
+    }
+
+    #[test]
+    fn an_element_that_goes_on_to_the_end_of_too_short_a_film_is_none() {
+        let bytes = b"\x1a\x45\xdf\xa3\x84\x01\x02\x03\x04\x18\x53\x80\x67\x84\x15\x7f\xff\xff\xff";
+        for length in 0..=bytes.len() {
+            assert_eq!(of(&bytes[..length]).map(|film| film.frames).unwrap_or(0), 0);
+        }
     }
 
     fn boxed(kind: &[u8; 4], parts: &[&[u8]]) -> Vec<u8> {

@@ -5,8 +5,10 @@
 //! production renderers; Jevans 1992 does the same for objects). In its light group each emitter has a grey that is the
 //! same in all frames of the mix, so that the probabilities of sampling it are the same too.
 //!
-//! A frame that belongs to a mix is always made so, alone or among others: the mix follows from the sequence as a whole,
-//! so that the sum has the same bits whichever frames are wanted and whatever is kept of the light groups.
+//! A frame that belongs to a mix is always made so, alone or among others: the mix follows from the window of
+//! [`WINDOW`] frames that the frame's number falls into, so that the sum has the same bits whichever frames are wanted and
+//! whatever is kept of the light groups. One frame of a long sequence costs the evaluation of its window, not of the
+//! whole; a sequence that is no longer than a window is one.
 //!
 //! # The way of a light's colour
 //!
@@ -25,6 +27,7 @@
 //!    [`systems::weighted_sum`](crate::systems::weighted_sum) the frame. The films are kept in
 //!    [`ReuseCache`](super::ReuseCache) for the other frames of the mix.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
@@ -35,6 +38,19 @@ use crate::base::limits;
 use crate::components::Render;
 use crate::shot::fingerprint::{BaseFingerprint, EmitterColor, Fingerprint};
 use crate::systems::{EmitterId, LightGroups};
+
+/// Frames among which mixes are found: 1 to 64, 65 to 128, and so on. Part of what decides pixels.
+pub const WINDOW: u32 = 64;
+
+/// The window that a frame falls into, from 0; frames count from 1.
+pub fn window_of(frame: u32) -> u32 {
+    (frame - 1) / WINDOW
+}
+
+/// The frames of a window, in a sequence of so many.
+pub fn frames_of(window: u32, frames: u32) -> RangeInclusive<u32> {
+    window * WINDOW + 1..=frames.min((window + 1) * WINDOW)
+}
 
 /// The light groups that some frames are sums of.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,7 +90,7 @@ fn color_in(base: &BaseFingerprint, fingerprint: &Fingerprint, emitter: EmitterI
 /// Mixes by the hash that their frames have without the colours of emitters.
 pub type LightMixes = FxHashMap<Digest, Arc<LightMix>>;
 
-/// Finds the mixes of a sequence; `frames` are all of its frames, not only those that are wanted.
+/// Finds the mixes of a window; `frames` are all of its frames, not only those that are wanted.
 pub fn find<'a>(base: &BaseFingerprint, frames: impl Iterator<Item = &'a Fingerprint>) -> LightMixes {
     let mut alike: FxHashMap<Digest, Vec<&Fingerprint>> = FxHashMap::default();
     for fingerprint in frames.filter(|fingerprint| fingerprint.is_sum) {
@@ -130,6 +146,14 @@ fn power_of_two_above(brightest: f64) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn windows_hold_every_frame_once() {
+        let all: Vec<u32> = (0..=window_of(130)).flat_map(|window| frames_of(window, 130)).collect();
+        assert_eq!(all, (1..=130).collect::<Vec<_>>());
+        assert!((1..=130).all(|frame| frames_of(window_of(frame), 130).contains(&frame)));
+        assert_eq!([1, 64, 65, 128, 129].map(window_of), [0, 0, 1, 1, 2]);
+    }
 
     #[test]
     fn units_are_powers_of_two_that_hold_the_brightest() {

@@ -69,9 +69,7 @@ impl Accelerator {
 
     /// The nearest hit before `t_max`.
     pub fn closest(&self, geometry: &Geometry, ray: &Ray, scratch: &mut TraversalScratch) -> Option<Hit> {
-        let (skip, near_ray) = geometry.approach(ray);
-        let mut finite = ClosestHit::within(near_ray.t_max);
-        self.finite::<false>(geometry, &PreparedRay::from(&near_ray), &mut finite, scratch);
+        let (skip, finite) = self.finite::<false>(geometry, ray, scratch);
         let ClosestHit { t, primitive, element, u, v, found } = finite;
         let finite = found.then_some(Hit { t: skip + t, primitive, element, u, v });
         with_planes(geometry, ray, finite, scratch)
@@ -121,35 +119,32 @@ impl Accelerator {
 
     /// Whether anything lies between the origin and `t_max`: true exactly if [`Self::closest`] finds something.
     pub fn occluded(&self, geometry: &Geometry, ray: &Ray, scratch: &mut TraversalScratch) -> bool {
-        if planes_block(geometry, ray, scratch) {
-            return true;
-        }
-        let (_, ray) = geometry.approach(ray);
-        let mut best = ClosestHit::within(ray.t_max);
-        self.finite::<true>(geometry, &PreparedRay::from(&ray), &mut best, scratch);
-        best.found
+        planes_block(geometry, ray, scratch) || self.finite::<true>(geometry, ray, scratch).1.found
     }
 
+    /// What a ray meets among the finite primitives: how far it was moved up to them, and its hit from there.
     #[inline]
     fn finite<const ANY: bool>(
         &self,
         geometry: &Geometry,
-        probe: &PreparedRay,
-        best: &mut ClosestHit,
+        ray: &Ray,
         scratch: &mut TraversalScratch,
-    ) {
+    ) -> (f32, ClosestHit) {
         match self {
             Accelerator::Brute => {
+                let (skip, ray) = geometry.approach(ray);
+                let (probe, mut best) = (PreparedRay::from(&ray), ClosestHit::within(ray.t_max));
                 for n in 0..geometry.finite() {
                     scratch.counters.intersection_tests += 1;
-                    geometry.intersect(n, probe, best);
+                    geometry.intersect(n, &probe, &mut best);
                     if ANY && best.found {
-                        return;
+                        break;
                     }
                 }
+                (skip, best)
             }
-            Accelerator::Grid(grid) => alone::<_, ANY>(&**grid, geometry, probe, best, scratch),
-            Accelerator::Bvh(bvh) => alone::<_, ANY>(&**bvh, geometry, probe, best, scratch),
+            Accelerator::Grid(grid) => alone::<_, ANY>(&**grid, geometry, ray, scratch),
+            Accelerator::Bvh(bvh) => alone::<_, ANY>(&**bvh, geometry, ray, scratch),
         }
     }
 }

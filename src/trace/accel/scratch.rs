@@ -1,5 +1,6 @@
 //! What one thread owns while it walks through accelerators.
 
+use super::stream::{LooseRays, StreamScratch};
 use crate::trace::counters::Counters;
 
 /// Slots of a mailbox: enough for the primitives that a ray meets again in neighbouring cells.
@@ -15,7 +16,10 @@ pub struct TraversalScratch {
     pub stack: Vec<u64>,
     /// Rays in the order in which packets take them.
     pub order: Vec<u32>,
-    /// Packets in a row whose rays parted ways, and how many to trace ray by ray before the next attempt.
+    /// Rays of a batch without a packet, and room for streams of them.
+    pub loose: LooseRays,
+    pub streams: StreamScratch,
+    /// Packets in a row whose rays parted ways, and how many to trace without one before the next attempt.
     pub failures: u32,
     pub wait: u32,
 }
@@ -28,6 +32,8 @@ impl Default for TraversalScratch {
             ray: 0,
             stack: Vec::new(),
             order: Vec::new(),
+            loose: LooseRays::default(),
+            streams: StreamScratch::default(),
             failures: 0,
             wait: 0,
         }

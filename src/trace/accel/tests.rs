@@ -147,6 +147,48 @@ proptest! {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+    /// From anywhere to anywhere, near small things and far from large ones: streams find what brute force finds,
+    /// whether packets were tried before or not.
+    #[test]
+    fn streams_find_what_single_rays_find(
+        pieces in prop::collection::vec(piece(), 0..80),
+        ends in prop::collection::vec((point(), point()), 1..200),
+        t_max in prop_oneof![Just(f32::INFINITY), 1.0f32..6.0],
+        (shrink, reach) in (prop_oneof![Just(1.0f32), Just(1e-2)], prop_oneof![Just(0.0f32), Just(700.0)]),
+        wait in prop_oneof![Just(0), Just(u32::MAX)],
+    ) {
+        let mut pieces = pieces;
+        for Piece(_, a, b, c, r) in &mut pieces {
+            (*a, *b, *c, *r) = (*a * shrink, *b * shrink, *c * shrink, *r * shrink);
+        }
+        if reach > 0.0 {
+            let far = |x: f32, z: f32| Vec3::new(x * reach, -3.0, z * reach);
+            pieces.push(Piece(9, far(-1.0, -1.0), far(-1.0, 1.0), far(1.0, 0.3), 1.0));
+        }
+        let geometry = build(&pieces);
+        let rays: Vec<Ray> = ends.iter().map(|(from, to)| {
+            let direction = (*to - *from).normalize_or(Vec3::NEG_Y);
+            Ray { origin: *from * shrink, direction, t_max }
+        }).collect();
+        let mut worker = TraversalScratch::default();
+        let expected: Vec<_> =
+            rays.iter().map(|ray| Accelerator::Brute.closest(&geometry, ray, &mut worker)).collect();
+        let many = Rays::from_iter(rays);
+        for accelerator in Width::all().into_iter().flat_map(|w| all(&geometry, w, 2.0)) {
+            let mut found = Hits::default();
+            worker.wait = wait;
+            accelerator.closest_all(&geometry, &many, &mut worker, &mut found);
+            prop_assert_eq!(&found.iter().collect::<Vec<_>>(), &expected, "{}", accelerator.name());
+            let mut met = Vec::new();
+            worker.wait = wait;
+            accelerator.occluded_all(&geometry, &many, &mut worker, &mut met);
+            prop_assert!(met.iter().zip(&expected).all(|(met, hit)| *met == hit.is_some()), "{}", accelerator.name());
+        }
+    }
+}
+
+proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
     /// Pieces of the same kinds move frame by frame, a little or to anywhere: a tree that was fitted again and again
     /// still finds what brute force finds.

@@ -4,17 +4,17 @@ use glam::Vec3;
 
 use super::photon::PhotonPass;
 use super::{path, photon, whitted};
-use crate::components::Integrator;
+use crate::components::{Integrator, Model};
 use crate::trace::counters::Counters;
-use crate::trace::material::ShadingParams;
+use crate::trace::material::{HoleCoverage, ShadingParams};
 use crate::trace::primitive::Tag;
 use crate::trace::sampler::{SampleSet, power_heuristic};
 use crate::trace::simd::LANES;
-use crate::trace::soa::{Hit, Hits, Ray};
+use crate::trace::soa::Hit;
 use crate::trace::wavefront::{
-    BlinnPhongKernel, ClassifyKernel, Crossing, EmissionFilter, LambertKernel, PathState, RayQueue, RenderContext,
-    ShadingInput, ShadowRayQueue, SurfaceInteraction, WavefrontBuffers, Worker, accumulator_slot, first_hit_feature,
-    is_blinn_phong, scattered_albedo, trace_shadow_rays,
+    BlinnPhongKernel, ClassifyKernel, Crossing, EmissionFilter, LambertKernel, PathState, RenderContext, ShadingInput,
+    ShadowRayQueue, SurfaceInteraction, WavefrontBuffers, Worker, accumulator_slot, first_hit_feature, is_blinn_phong,
+    pass_surfaces, scattered_albedo, trace_shadow_rays,
 };
 
 /// Bins of shadow rays for lights that are chosen among: those to one light run alike.
@@ -40,7 +40,7 @@ pub fn trace(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBu
         if buffers.wave.rays().is_empty() {
             return;
         }
-        find(context, buffers, worker);
+        find(context, samples, buffers, worker);
         if depth == 1 {
             worker.traversal.counters.primary_hits += buffers.hits.found_count();
         }
@@ -53,53 +53,16 @@ pub fn trace(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBu
     }
 }
 
-fn find(context: RenderContext, buffers: &mut WavefrontBuffers, worker: &mut Worker) {
+fn find(context: RenderContext, samples: SampleSet, buffers: &mut WavefrontBuffers, worker: &mut Worker) {
     let WavefrontBuffers { wave, hits, .. } = buffers;
     context.accelerator.closest_all(context.geometry, wave.rays(), &mut worker.traversal, hits);
-    for i in 0..wave.rays().len() {
-        if !wave.states().get(i).medium.is_air() {
-            pass(context, i, wave, hits, worker);
-        }
-    }
+    pass_surfaces(context, wave, hits, |sample| *samples.sampler(sample), worker);
     if let Some(regions) = context.regions {
         let ended = |(i, hit): (usize, Option<Hit>)| {
             let (ray, state) = wave.get(i);
             (ray, state.sample, hit.map_or(ray.t_max, |hit| hit.t))
         };
         worker.footprint.add(regions, hits.iter().enumerate().map(ended));
-    }
-}
-
-/// Surfaces between a body and itself that a ray is led through at most in one go: far more than bodies overlap.
-const MOST_PASSED: usize = 64;
-
-/// Leads a ray in a transparent body on through surfaces that are not there: see [`Crossing`].
-fn pass(context: RenderContext, i: usize, wave: &mut RayQueue, hits: &mut Hits, worker: &mut Worker) {
-    for _ in 0..MOST_PASSED {
-        let Some(hit) = hits.get(i) else { return };
-        let tag = context.geometry.tag(hit.primitive);
-        let material = &context.materials[tag.material as usize];
-        if !material.is_clear() {
-            return;
-        }
-        let (ray, mut state) = wave.get(i);
-        let surface = context.geometry.surface_point(&ray, &hit);
-        let front = ray.direction.dot(surface.geometric_normal) < 0.0;
-        let crossing = Crossing::new(context.materials, state.medium, tag, front);
-        if !crossing.is_passed(material) {
-            return;
-        }
-        if let Some(regions) = context.regions {
-            worker.footprint.add(regions, std::iter::once((ray, state.sample, hit.t)));
-        }
-        if let Some(medium) = crossing.before.material(context.materials) {
-            state.throughput *= context.materials[medium as usize].transmittance(hit.t);
-        }
-        // No light is sampled through the surface: the ray alone finds what lies behind.
-        state = PathState { medium: crossing.behind, pdf: 0.0, cone: state.cone.at(hit.t), ..state };
-        let onward = Ray::new(surface.offset_origin(ray.direction), ray.direction);
-        wave.set(i, &onward, &state);
-        hits.set(i, context.accelerator.closest(context.geometry, &onward, &mut worker.traversal));
     }
 }
 
@@ -205,9 +168,15 @@ fn shade_alone(
         // Photons come from the lights that are sampled.
         if state.emission_filter != EmissionFilter::NonPhoton || asked == 0.0 {
             let place = accumulator_slot(state.sample, material.group);
-            let light = state.throughput * (material.emission * power_heuristic(state.pdf, asked));
+            let shown = material.emission * split_cover(context, material);
+            let light = state.throughput * (shown * power_heuristic(state.pdf, asked));
             colors[place as usize] += context.settings.clamps.limited(state.scatterings, light);
         }
+    }
+    if material.model == Model::Unlit && state.pdf == 0.0 && state.emission_filter != EmissionFilter::NonPhoton {
+        let shown = material.diffuse * split_cover(context, material);
+        let light = context.settings.clamps.limited(state.scatterings, state.throughput * shown);
+        colors[accumulator_slot(state.sample, 0) as usize] += light;
     }
     let front = ray.direction.dot(surface.geometric_normal) < 0.0;
     let surface = if front { surface } else { surface.flipped() };
@@ -215,7 +184,8 @@ fn shade_alone(
     let nested = (crossing.ior != material.ior).then_some(ShadingParams { ior: crossing.ior, ..*material });
     let (material, behind) = (nested.as_ref().unwrap_or(material), crossing.behind);
     state.medium = crossing.before;
-    let met = SurfaceInteraction { direction: ray.direction, state, surface, material, behind, front, sampler };
+    let hit = *hit;
+    let met = SurfaceInteraction { direction: ray.direction, state, surface, material, behind, hit, front, sampler };
     if context.settings.features && depth == 1 {
         features[state.sample as usize] = Some(first_hit_feature(context, &met));
     }
@@ -233,6 +203,12 @@ fn shade_alone(
     } else {
         whitted::shade(context, &met, depth == context.settings.max_depth, shadows, next, counters);
     }
+}
+
+/// How much of a surface is there for a ray that has met it and is followed both ways: elsewhere chance has decided.
+fn split_cover(context: RenderContext, material: &ShadingParams) -> f32 {
+    let is_split = context.settings.integrator == Integrator::Whitted && material.coverage == HoleCoverage::Partial;
+    if is_split { material.opacity } else { 1.0 }
 }
 
 /// What a ray sees that leaves the scene, by its weight. Where the environment was sampled too, both look at the same

@@ -16,6 +16,7 @@ use crate::trace::sampler::{Domain, Frame, power_heuristic};
 use crate::trace::soa::Ray;
 use crate::trace::wavefront::{
     MIN_ROULETTE_DEPTH, PathState, RayQueue, RenderContext, ShadowRayQueue, SurfaceInteraction, accumulator_slot,
+    shadow_ray_from,
 };
 
 /// Adds the light of lamps that a ray crosses on its way to its end; they do not stop it.
@@ -46,7 +47,7 @@ pub fn shade(
     if !bsdf.is_specular() && !shadows.is_empty() {
         sample_direct(context, context.lights, met, &ShadingContext { bsdf, frame, wo, last }, shadows);
     }
-    if !last && let Some((ray, state)) = scatter(met, &bsdf, &frame, wo, depth, counters) {
+    if !last && let Some((ray, state)) = scatter(context, met, &bsdf, &frame, wo, depth, counters) {
         next.push(ray, state);
     }
 }
@@ -78,16 +79,24 @@ pub fn sample_direct(
     let wi = frame.to_local(light.direction);
     let above = surface.geometric_normal.dot(light.direction) > 0.0;
     // A smooth normal and the true one may disagree about the side: no light leaks through.
-    if above != (wi.z > 0.0) {
-        return;
-    }
+    let start = if above == (wi.z > 0.0) {
+        surface.offset_origin(light.direction)
+    } else {
+        match (wi.z > 0.0).then(|| met.smooth_start(context)).flatten() {
+            Some(start) => start,
+            None => return,
+        }
+    };
     let value = bsdf.eval(wo, wi);
     if value == Vec3::ZERO {
         return;
     }
     let share = if light.pdf > 0.0 && !last { power_heuristic(light.pdf, bsdf.pdf(wo, wi)) } else { 1.0 };
     let value = value * surface.terminator(light.direction);
-    let ray = Ray { origin: surface.offset_origin(light.direction), direction: light.direction, t_max: light.distance };
+    let mut ray = Ray { origin: start, direction: light.direction, t_max: light.distance };
+    if above != (wi.z > 0.0) {
+        ray = shadow_ray_from(start, surface.point, light.target, ray);
+    }
     let bin = light.light as usize % shadows.len();
     let sample = accumulator_slot(state.sample, lights.group(light.light));
     let contribution = state.throughput * (value * light.contribution * share);
@@ -98,6 +107,7 @@ pub fn sample_direct(
 /// The ray that a path goes on with, if it does.
 #[inline]
 pub fn scatter(
+    context: RenderContext,
     met: &SurfaceInteraction,
     bsdf: &Bsdf,
     frame: &Frame,
@@ -111,12 +121,14 @@ pub fn scatter(
     let sampled = bsdf.sample(wo, sampler.stratified(state.node, Domain::Bounce), lobe)?;
     let mut direction = frame.to_world(sampled.wi).normalize();
     let height = surface.geometric_normal.dot(direction);
+    let mut start = None;
     if (height < 0.0) != sampled.transmitted {
         if !sampled.specular {
-            return None;
+            start = Some((!sampled.transmitted).then(|| met.smooth_start(context)).flatten()?);
+        } else {
+            // A mirror's ray that a smooth normal sends to the wrong side is brought back.
+            direction -= surface.geometric_normal * (2.0 * height);
         }
-        // A mirror's ray that a smooth normal sends to the wrong side is brought back.
-        direction -= surface.geometric_normal * (2.0 * height);
     }
     let shown = if sampled.specular { 1.0 } else { surface.terminator(direction) };
     let mut throughput = state.throughput * sampled.weight * shown;
@@ -141,7 +153,7 @@ pub fn scatter(
     } else {
         counters.diffuse_rays += 1;
     }
-    let ray = Ray::new(surface.offset_origin(direction), direction);
+    let ray = Ray::new(start.unwrap_or_else(|| surface.offset_origin(direction)), direction);
     Some((
         ray,
         PathState {

@@ -3,18 +3,18 @@
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::*;
-use crate::components::{Accel, Camera, Filter, Integrator, Material, Render, Shadows};
+use crate::components::{Accel, Camera, Filter, Integrator, Material, Model, Render, Shadows};
 use crate::film::{AccumulatorOptions, FilterTable, PixelAccumulator};
 use crate::trace::accel::Accelerator;
 use crate::trace::camera::CameraRays;
 use crate::trace::counters::Counters;
-use crate::trace::light::{Lamp, Lights};
+use crate::trace::light::{Lamp, LampCone, Lights};
 use crate::trace::material::ShadingParams;
 use crate::trace::material::texture::TextureBindings;
 use crate::trace::primitive::{Geometry, LocalShape, Sides, SpherePrim, Tag};
 use crate::trace::sampler::Sampler;
 use crate::trace::simd::Width;
-use crate::trace::wavefront::{RenderContext, Settings, Worker};
+use crate::trace::wavefront::{RenderContext, Settings, Worker, any_has_holes};
 
 #[test]
 fn shares_are_a_fair_partition_of_the_samples() {
@@ -45,13 +45,16 @@ fn scene() -> (Geometry, Vec<ShadingParams>, Vec<Lamp>) {
         diffuse.clone(),
         Material { specular: 0.5, reflection: Some(0.0), ..diffuse.clone() },
         Material { diffuse: 0.2, specular: 0.4, ..Material::default() },
-        Material { model: crate::components::Model::Lambert, ..diffuse.clone() },
-        Material { transmission: 0.9, ior: 1.5, ..Material::default() },
-        Material { specular: 0.3, gloss: 0.2, ..diffuse },
+        Material { model: Model::Lambert, ..diffuse.clone() },
+        Material { transmission: 0.9, ior: Some(1.5), ..Material::default() },
+        Material { specular: 0.3, gloss: 0.2, ..diffuse.clone() },
+        Material { model: Model::Principled, metallic: 0.5, roughness: 0.4, ..diffuse.clone() },
+        Material { model: Model::Principled, transmission: 0.7, roughness: 0.2, ..diffuse.clone() },
+        Material { opacity: 0.4, ..diffuse },
     ];
     let tag = |material: u32| Tag { entity: material, material, sides: Sides::Both, closed: true };
     let mut geometry = Geometry::default();
-    for i in 0..6u32 {
+    for i in 0..9u32 {
         geometry.push_sphere(tag(i), Vec3::new(i as f32 * 0.7 - 1.8, 0.3, (i % 3) as f32 * 0.5), 0.33);
     }
     let corners = [Vec3::new(-2.0, 0.0, -1.5), Vec3::new(2.0, 0.0, -1.5), Vec3::new(0.0, 2.0, -1.7)];
@@ -71,6 +74,8 @@ fn scene() -> (Geometry, Vec<ShadingParams>, Vec<Lamp>) {
         edges,
         normal: edges[0].cross(edges[1]).normalize_or_zero(),
         color: Vec3::new(3.0, 2.5, 2.0),
+        cone: LampCone::EVERYWHERE,
+        distant: false,
         inverse_square,
         visible: true,
         group: 0,
@@ -79,6 +84,12 @@ fn scene() -> (Geometry, Vec<ShadingParams>, Vec<Lamp>) {
         lamp(Vec3::new(2.0, 3.0, 3.0), [Vec3::ZERO; 2], false),
         lamp(Vec3::new(-1.0, 2.5, 1.0), [Vec3::X, Vec3::Z], true),
         lamp(Vec3::new(0.0, 3.0, 4.0), [Vec3::ZERO; 2], true),
+        Lamp { cone: LampCone::new(Vec3::NEG_Y, 0.9, 0.7), ..lamp(Vec3::new(0.5, 2.0, 0.2), [Vec3::ZERO; 2], true) },
+        Lamp {
+            distant: true,
+            normal: Vec3::ZERO,
+            ..lamp(Vec3::new(0.6, 0.8, 0.0), [Vec3::Z * 0.05, Vec3::new(0.8, -0.6, 0.0) * 0.05], false)
+        },
     ];
     (geometry, materials.iter().map(ShadingParams::from).collect(), lamps)
 }
@@ -102,9 +113,12 @@ fn picture(render: &Render, lanes: Width, features: bool) -> (Vec<[f32; 3]>, Cou
         materials: &materials,
         textures: &TextureBindings::default(),
         camera: &CameraRays::new(&camera, [20, 15], 6.0),
+        origin: Vec3::ZERO,
         motion: None,
         environment: None,
         settings: &settings,
+        holes: any_has_holes(&materials),
+        glass: materials.iter().any(|material| material.is_clear()),
         lanes,
         filter: &FilterTable::new(Filter::Tent, 2.0),
         width: 20,

@@ -11,11 +11,12 @@ use crate::components::{Fresnel, Integrator, Model};
 use crate::trace::counters::Counters;
 use crate::trace::light::Lamp;
 use crate::trace::material::bsdf::{Bsdf, BsdfSample};
-use crate::trace::material::{ShadingParams, TransportMode, fresnel, reflect, refract};
+use crate::trace::material::{HoleCoverage, ShadingParams, TransportMode, fresnel, reflect, refract};
 use crate::trace::sampler::{Domain, Frame, power_heuristic, uniform_sphere};
 use crate::trace::soa::Ray;
 use crate::trace::wavefront::{
     LightSampling, PathState, RayQueue, RenderContext, ShadowRayQueue, SurfaceInteraction, accumulator_slot,
+    shadow_ray_from,
 };
 
 /// The law that a surface other than Blinn-Phong's scatters by, and its axes.
@@ -29,7 +30,7 @@ struct WhittedBsdf {
 
 impl WhittedBsdf {
     fn new(context: RenderContext, met: &SurfaceInteraction) -> WhittedBsdf {
-        let whitted = context.settings.integrator == Integrator::Whitted;
+        let whitted = is_whitted(context);
         let polished = ShadingParams { alpha: 0.0, ..*met.material };
         let material = if whitted { &polished } else { met.material };
         let all = Bsdf::new(material, met.front, context.settings.fresnel, TransportMode::Radiance);
@@ -48,6 +49,16 @@ pub fn shade(
     counters: &mut Counters,
 ) {
     let material = met.material;
+    if material.coverage == HoleCoverage::Partial && material.opacity < 1.0 && is_whitted(context) {
+        let state = PathState { throughput: met.state.throughput * material.opacity, ..met.state };
+        let whole = ShadingParams { opacity: 1.0, ..*material };
+        let there = SurfaceInteraction { state, material: &whole, ..*met };
+        shade(context, &there, last, shadows, next, counters);
+        if !last {
+            go_straight_on(met, 1.0 - material.opacity, next);
+        }
+        return;
+    }
     if material.model != Model::BlinnPhong {
         return shade_microfacets(context, met, last, shadows, next, counters);
     }
@@ -71,6 +82,19 @@ pub fn shade(
     }
 }
 
+fn is_whitted(context: RenderContext) -> bool {
+    context.settings.integrator == Integrator::Whitted
+}
+
+/// Adds the ray that a surface which is not wholly there leaves as it is.
+fn go_straight_on(met: &SurfaceInteraction, share: f32, next: &mut RayQueue) {
+    let state = &met.state;
+    let ray = Ray::new(met.surface.offset_origin(met.direction), met.direction);
+    // It leaves a body that it was in, and enters none.
+    let medium = if met.front { state.medium } else { met.behind };
+    next.push(ray, PathState { medium, ..state.onward(state.node.refracted(), Vec3::splat(share)) });
+}
+
 fn shade_microfacets(
     context: RenderContext,
     met: &SurfaceInteraction,
@@ -90,23 +114,45 @@ fn shade_microfacets(
     if met.material.model == Model::Dielectric && glossy.is_specular() {
         return dielectric(context, met, next, counters);
     }
+    if let Bsdf::Principled(polished) = glossy
+        && polished.is_specular()
+    {
+        let both = polished.polished(law.wo).into_iter().flatten();
+        return both.for_each(|sampled| follow(context, met, &law.frame, sampled, next, counters));
+    }
     let node = met.state.node.reflected();
     let lobe = met.sampler.extra(node, Domain::Lobe);
     if let Some(sampled) = glossy.sample(law.wo, met.sampler.stratified(node, Domain::Gloss), lobe) {
-        follow(met, &law.frame, sampled, next, counters);
+        follow(context, met, &law.frame, sampled, next, counters);
     }
 }
 
 /// Adds the ray of a sample.
-fn follow(met: &SurfaceInteraction, frame: &Frame, sampled: BsdfSample, next: &mut RayQueue, counters: &mut Counters) {
+fn follow(
+    context: RenderContext,
+    met: &SurfaceInteraction,
+    frame: &Frame,
+    sampled: BsdfSample,
+    next: &mut RayQueue,
+    counters: &mut Counters,
+) {
     let SurfaceInteraction { state, surface, .. } = met;
     let mut direction = frame.to_world(sampled.wi).normalize();
     let height = surface.geometric_normal.dot(direction);
+    let mut start = None;
     if (height < 0.0) != sampled.transmitted {
-        if !sampled.specular {
-            return;
+        if sampled.specular {
+            direction -= surface.geometric_normal * (2.0 * height);
+        } else {
+            start = (!sampled.transmitted).then(|| met.smooth_start(context)).flatten();
+            if start.is_none() {
+                return;
+            }
         }
-        direction -= surface.geometric_normal * (2.0 * height);
+    }
+    let shown = if sampled.specular { 1.0 } else { surface.terminator(direction) };
+    if !shows(context, met, sampled.weight * shown) {
+        return;
     }
     let (node, medium) = if sampled.transmitted {
         counters.refraction_rays += 1;
@@ -115,8 +161,7 @@ fn follow(met: &SurfaceInteraction, frame: &Frame, sampled: BsdfSample, next: &m
         counters.reflection_rays += 1;
         (state.node.reflected(), state.medium)
     };
-    let ray = Ray::new(surface.offset_origin(direction), direction);
-    let shown = if sampled.specular { 1.0 } else { surface.terminator(direction) };
+    let ray = Ray::new(start.unwrap_or_else(|| surface.offset_origin(direction)), direction);
     let onward = state.onward(node, sampled.weight * shown);
     let (cone, scatterings) =
         (state.scattered_cone(sampled.pdf), state.scatterings + if sampled.specular { 0.0 } else { 1.0 });
@@ -131,7 +176,7 @@ fn sample_emitters(
     shadows: &mut [ShadowRayQueue],
 ) {
     let SurfaceInteraction { state, surface, sampler, .. } = met;
-    if context.settings.integrator == Integrator::Whitted {
+    if is_whitted(context) {
         return;
     }
     let lamps = context.lights.lamps().len();
@@ -140,8 +185,12 @@ fn sample_emitters(
     let at = sampler.stratified(state.node, domain);
     let Some(light) = context.lights.sample_emitters(surface.point, pick, at) else { return };
     let wi = law.frame.to_local(light.direction);
-    if (surface.geometric_normal.dot(light.direction) > 0.0) != (wi.z > 0.0) {
-        return;
+    let mut ray = Ray { origin: surface.point, direction: light.direction, t_max: light.distance };
+    if (surface.geometric_normal.dot(light.direction) > 0.0) == (wi.z > 0.0) {
+        ray.origin = surface.offset_origin(light.direction);
+    } else {
+        let Some(start) = (wi.z > 0.0).then(|| met.smooth_start(context)).flatten() else { return };
+        ray = shadow_ray_from(start, surface.point, light.target, ray);
     }
     // Where a ray looks for the same light, the two share it.
     let mut value = law.all.eval(law.wo, wi);
@@ -150,8 +199,6 @@ fn sample_emitters(
         value += both * (power_heuristic(light.pdf, glossy.pdf(law.wo, wi)) - 1.0);
     }
     if value.max_element() > 0.0 {
-        let ray =
-            Ray { origin: surface.offset_origin(light.direction), direction: light.direction, t_max: light.distance };
         let shown = surface.terminator(light.direction);
         let contribution = state.throughput * (value.max(Vec3::ZERO) * light.contribution * shown);
         let sample = accumulator_slot(state.sample, context.lights.group(light.light));
@@ -197,21 +244,29 @@ fn add_lamp_light(
     shadows: &mut ShadowRayQueue,
 ) {
     let SurfaceInteraction { state, surface, .. } = met;
-    let target = light.point(at);
+    let target = light.target(surface.point, at);
     let above = surface.geometric_normal.dot(target - surface.point);
     // Only ground glass is lit from behind.
     let through = law.is_some() && met.material.transmission > 0.0;
-    if above.is_nan() || (above <= 0.0 && !through) {
+    if above.is_nan() {
         return;
     }
-    let from = surface.offset_origin(if above > 0.0 { surface.geometric_normal } else { -surface.geometric_normal });
+    let mut from =
+        surface.offset_origin(if above > 0.0 { surface.geometric_normal } else { -surface.geometric_normal });
+    let mut ahead = above > 0.0;
+    if above <= 0.0 && !through {
+        // Only the smooth normal may face it.
+        let faces = surface.shading_normal.dot(target - surface.point) > 0.0;
+        let Some(start) = faces.then(|| met.smooth_start(context)).flatten() else { return };
+        (from, ahead) = (start, true);
+    }
     let offset = target - from;
     let square = offset.length_squared();
     let distance = square.sqrt();
     let direction = offset * (1.0 / distance);
     let cosine = surface.shading_normal.dot(direction);
     // Not so where the light touches the surface either: the distance is 0, and the cosine no number.
-    if cosine.is_nan() || (cosine > 0.0) != (above > 0.0) || cosine == 0.0 {
+    if cosine.is_nan() || (cosine > 0.0) != ahead || cosine == 0.0 {
         return;
     }
     let color = match law {
@@ -220,6 +275,7 @@ fn add_lamp_light(
     };
     let color = color * surface.terminator(direction);
     let strength = if light.inverse_square { share / square } else { share };
+    let strength = strength * light.cone.share(-direction);
     let ray = Ray { origin: from, direction, t_max: distance };
     let sample = accumulator_slot(state.sample, light.group);
     let contribution = state.throughput * (color * light.color * strength);
@@ -237,19 +293,34 @@ fn blinn_phong(met: &SurfaceInteraction, direction: Vec3, cosine: f32) -> Vec3 {
     color
 }
 
+/// Whether the ray that a hit gives rise to stands for enough of the picture to be followed.
+fn shows(context: RenderContext, met: &SurfaceInteraction, weight: Vec3) -> bool {
+    let least = context.settings.min_weight;
+    least == 0.0 || (met.state.throughput * weight).max_element() >= least
+}
+
 /// Adds the rays that a hit gives rise to.
 fn spawn(context: RenderContext, met: &SurfaceInteraction, next: &mut RayQueue, counters: &mut Counters) {
     let material = met.material;
     if material.transmission > 0.0 {
         dielectric(context, met, next, counters);
     } else if material.reflection > 0.0 {
-        counters.reflection_rays += 1;
-        mirrored(context, met, material.mirror_color * material.reflection, next);
+        mirrored(context, met, material.mirror_color * material.reflection, next, counters);
     }
 }
 
 /// Adds the ray that shows what a mirror shows.
-fn mirrored(context: RenderContext, met: &SurfaceInteraction, weight: Vec3, next: &mut RayQueue) {
+fn mirrored(
+    context: RenderContext,
+    met: &SurfaceInteraction,
+    weight: Vec3,
+    next: &mut RayQueue,
+    counters: &mut Counters,
+) {
+    if !shows(context, met, weight) {
+        return;
+    }
+    counters.reflection_rays += 1;
     let SurfaceInteraction { state, surface, material, .. } = met;
     let node = state.node.reflected();
     let mut direction = reflect(met.direction, surface.shading_normal);
@@ -305,10 +376,9 @@ fn division(context: RenderContext, met: &SurfaceInteraction) -> (Option<Vec3>, 
 fn dielectric(context: RenderContext, met: &SurfaceInteraction, next: &mut RayQueue, counters: &mut Counters) {
     let (refracted, reflected, through) = division(context, met);
     if reflected > 0.0 {
-        counters.reflection_rays += 1;
-        mirrored(context, met, met.material.mirror_color * reflected, next);
+        mirrored(context, met, met.material.mirror_color * reflected, next, counters);
     }
-    if let Some(direction) = refracted {
+    if let Some(direction) = refracted.filter(|_| shows(context, met, Vec3::splat(through))) {
         counters.refraction_rays += 1;
         transmitted(met, direction, Vec3::splat(through), next);
     }

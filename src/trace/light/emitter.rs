@@ -22,12 +22,13 @@ pub struct Emitter {
 /// Every primitive that emits light and can be sampled, in the order of hits (primitive, element).
 pub fn emitters(geometry: &Geometry, materials: &[ShadingParams]) -> Vec<Emitter> {
     let mut found: Vec<Emitter> = Vec::new();
-    if materials.iter().all(|m| m.emission == Vec3::ZERO) {
+    if materials.iter().all(|m| m.sampled_emission() == Vec3::ZERO) {
         return found;
     }
-    let is_emissive = |tag: Tag| materials[tag.material as usize].emission != Vec3::ZERO;
+    let is_emissive = |tag: Tag| materials[tag.material as usize].sampled_emission() != Vec3::ZERO;
     geometry.area_shapes(&is_emissive, &mut |primitive, element, tag, shape| {
-        let ShadingParams { emission: radiance, group, .. } = materials[tag.material as usize];
+        let material = &materials[tag.material as usize];
+        let (radiance, group) = (material.sampled_emission(), material.group);
         let emitter = Emitter { primitive, element, radiance, group, sides: tag.sides, shape };
         if emitter.area() > 0.0 && found.len() < limits::EMITTERS {
             found.push(emitter);

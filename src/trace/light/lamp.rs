@@ -4,6 +4,8 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
+use super::cone::LampCone;
+use crate::trace::sampler::concentric_disk;
 use crate::trace::simd::{Lanes, V3};
 use crate::trace::soa::Ray;
 
@@ -16,6 +18,11 @@ pub struct Lamp {
     /// Unit normal of the parallelogram; zero for a point and where the edges span no area.
     pub normal: Vec3,
     pub color: Vec3,
+    /// Where a point shines to.
+    pub cone: LampCone,
+    /// Whether it is so far away that its light comes from the direction `center`, which then is a unit vector; the edges
+    /// span the disk that it is seen as from distance 1.
+    pub distant: bool,
     /// Whether the light weakens with the square of the distance.
     pub inverse_square: bool,
     /// Whether camera rays see it.
@@ -24,9 +31,37 @@ pub struct Lamp {
     pub group: u32,
 }
 
+/// How far away the ends of shadow rays towards a distant lamp are: beyond every coordinate.
+const DISTANT: f32 = 1e9;
+
+/// The end of a shadow ray from a point towards a disk in the direction `center`, with half axes `a` and `b`.
+#[inline(always)]
+pub fn distant_target<L: Lanes>(from: V3<L>, center: V3<L>, [a, b]: [V3<L>; 2], uv: [L; 2]) -> V3<L> {
+    let [x, y] = concentric_disk(uv);
+    let toward = (center + a.scale(x) + b.scale(y)).normalize_or(center);
+    from + toward.scale(L::splat(DISTANT))
+}
+
 impl Lamp {
     pub fn is_point(&self) -> bool {
         self.edges == [Vec3::ZERO; 2]
+    }
+
+    /// Where light comes from that reaches a point, by (u, v) in the unit square.
+    #[inline]
+    pub fn target(&self, from: Vec3, uv: [f32; 2]) -> Vec3 {
+        self.targets::<f32>(from.into(), uv).into()
+    }
+
+    /// The same for points side by side.
+    #[inline(always)]
+    pub fn targets<L: Lanes>(&self, from: V3<L>, [u, v]: [L; 2]) -> V3<L> {
+        let (a, b) = (V3::splat(self.edges[0]), V3::splat(self.edges[1]));
+        if self.distant {
+            return distant_target(from, V3::splat(self.center), [a, b], [u, v]);
+        }
+        let half = L::splat(0.5);
+        V3::splat(self.center) + a.scale(u - half) + b.scale(v - half)
     }
 
     /// The point of the light at (u, v) in the unit square.

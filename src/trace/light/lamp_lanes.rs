@@ -2,7 +2,8 @@
 
 use std::f32::consts::PI;
 
-use super::lamp::Lamp;
+use super::cone::share;
+use super::lamp::{Lamp, distant_target};
 use crate::trace::simd::{LANES, Lanes, V3, Wide, set_lane};
 
 /// A lamp in every lane.
@@ -13,6 +14,11 @@ pub struct LampLanes<L: Lanes> {
     normal: V3<L>,
     color: V3<L>,
     area: L,
+    /// The cone: axis, and dark and scale.
+    axis: V3<L>,
+    dark: L,
+    fade: L,
+    distant: L::Mask,
     inverse_square: L::Mask,
     surface: L::Mask,
 }
@@ -46,6 +52,10 @@ impl<L: Lanes> LampLanes<L> {
             normal: V3::splat(lamp.normal),
             color: V3::splat(lamp.color),
             area: L::splat(lamp.area()),
+            axis: V3::splat(lamp.cone.axis),
+            dark: L::splat(lamp.cone.dark),
+            fade: L::splat(lamp.cone.scale),
+            distant: zero.lt(L::splat(number(lamp.distant))),
             inverse_square: zero.lt(L::splat(number(lamp.inverse_square))),
             surface: zero.lt(L::splat(number(lamp.is_surface()))),
         }
@@ -55,7 +65,10 @@ impl<L: Lanes> LampLanes<L> {
     #[inline(always)]
     pub fn sample(&self, from: V3<L>, chance: L, [u, v]: [L; 2]) -> LightSampleLanes<L> {
         let (zero, one, half) = (L::splat(0.0), L::splat(1.0), L::splat(0.5));
-        let target = self.center + self.edges[0].scale(u - half) + self.edges[1].scale(v - half);
+        let mut target = self.center + self.edges[0].scale(u - half) + self.edges[1].scale(v - half);
+        if L::any(self.distant) {
+            target = V3::select(self.distant, distant_target(from, self.center, self.edges, [u, v]), target);
+        }
         let offset = target - from;
         let square = offset.dot(offset);
         let distance = square.sqrt();
@@ -65,6 +78,8 @@ impl<L: Lanes> LampLanes<L> {
         let weakened = V3 { x: contribution.x / square, y: contribution.y / square, z: contribution.z / square };
         contribution = V3::select(self.inverse_square, weakened, contribution);
         contribution = V3::select(self.surface, contribution.scale(facing), contribution);
+        // Exactly 1 for what is no spot.
+        contribution = contribution.scale(share(-self.axis.dot(direction), self.dark, self.fade));
         let pdf = distance * distance / (self.area * facing).max(L::splat(1e-30)) * chance;
         let pdf = L::select(self.surface, pdf, zero);
         let faces = L::or(zero.lt(facing), L::not(self.surface));
@@ -75,25 +90,30 @@ impl<L: Lanes> LampLanes<L> {
 impl<L: Wide> LampLanes<L> {
     #[inline(always)]
     pub(super) fn gather(lamps: [&Lamp; LANES]) -> Self {
-        let mut columns = [[[0.0; LANES]; 3]; 5];
-        let mut area = [0.0; LANES];
-        let (mut inverse_square, mut surface) = (0, 0);
+        let mut columns = [[[0.0; LANES]; 3]; 6];
+        let (mut area, mut dark, mut fade) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        let (mut inverse_square, mut surface, mut distant) = (0, 0, 0);
         for (i, lamp) in lamps.into_iter().enumerate() {
             let [a, b] = lamp.edges;
-            for (column, v) in columns.iter_mut().zip([lamp.center, a, b, lamp.normal, lamp.color]) {
+            for (column, v) in columns.iter_mut().zip([lamp.center, a, b, lamp.normal, lamp.color, lamp.cone.axis]) {
                 set_lane(column, i, v);
             }
-            area[i] = lamp.area();
+            (area[i], dark[i], fade[i]) = (lamp.area(), lamp.cone.dark, lamp.cone.scale);
+            distant |= u32::from(lamp.distant) << i;
             inverse_square |= u32::from(lamp.inverse_square) << i;
             surface |= u32::from(lamp.is_surface()) << i;
         }
-        let [center, a, b, normal, color] = &columns;
+        let [center, a, b, normal, color, axis] = &columns;
         LampLanes {
             center: V3::load(center),
             edges: [V3::load(a), V3::load(b)],
             normal: V3::load(normal),
             color: V3::load(color),
             area: L::load(&area),
+            axis: V3::load(axis),
+            dark: L::load(&dark),
+            fade: L::load(&fade),
+            distant: L::mask(distant),
             inverse_square: L::mask(inverse_square),
             surface: L::mask(surface),
         }

@@ -54,7 +54,10 @@ impl Lights {
     pub fn new(lamps: Vec<Lamp>, geometry: &Geometry, materials: &[ShadingParams]) -> Self {
         let emitters = emitters(geometry, materials);
         let pi = std::f64::consts::PI;
-        let of_lamp = |l: &Lamp| strength(l.color) * if l.is_surface() { 2.0 * pi * pi } else { 4.0 * pi * pi };
+        let of_lamp = |l: &Lamp| {
+            let all = strength(l.color) * if l.is_surface() { 2.0 * pi * pi } else { 4.0 * pi * pi };
+            all * f64::from(l.cone.solid_share())
+        };
         let of_emitter = |e: &Emitter| strength(e.radiance) * f64::from(e.area() * e.sides()) * pi;
         // One that does not fall off is as strong at the scene's edge as elsewhere.
         let reach = f64::from(geometry.bounds().size().length_squared()).max(1.0) / 4.0;
@@ -230,6 +233,12 @@ impl Lights {
             let direction = Frame::new(side).to_world(cosine_hemisphere(toward));
             // Radiance, pi and area of one side; twice that for both.
             let power = lamp.color * (2.0 * PI * PI / chance);
+            return Some(EmittedPhoton { ray: Ray::new(lamp.point(at), direction), power });
+        }
+        if !lamp.cone.is_everywhere() {
+            let reach = 1.0 - lamp.cone.dark;
+            let direction = Frame::new(lamp.cone.axis).to_world(around(1.0 - reach * toward[0], toward[1]));
+            let power = lamp.color * (2.0 * PI * PI * reach * lamp.cone.share(direction) / chance);
             return Some(EmittedPhoton { ray: Ray::new(lamp.point(at), direction), power });
         }
         let direction = around(1.0 - 2.0 * toward[0], toward[1]);

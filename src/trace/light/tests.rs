@@ -13,7 +13,17 @@ use crate::trace::soa::Ray;
 fn lamp(edges: [Vec3; 2], color: f32) -> Lamp {
     let normal = edges[0].cross(edges[1]).normalize_or_zero();
     let center = Vec3::new(0.0, 2.0, 0.0);
-    Lamp { center, edges, normal, color: Vec3::splat(color), inverse_square: true, visible: false, group: 0 }
+    Lamp {
+        center,
+        edges,
+        normal,
+        color: Vec3::splat(color),
+        cone: LampCone::EVERYWHERE,
+        distant: false,
+        inverse_square: true,
+        visible: false,
+        group: 0,
+    }
 }
 
 fn shining(radiance: f64) -> Vec<ShadingParams> {

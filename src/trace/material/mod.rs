@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `params` | [`ShadingParams`]: a material with every weight multiplied out |
 //! | `fresnel` | mirrors and glass: reflection, refraction, Fresnel's shares |
-//! | [`bsdf`] | a file each: Blinn-Phong, conductor, dielectric, plastic |
+//! | [`bsdf`] | a file each: Blinn-Phong, conductor, dielectric, plastic, principled |
 //! | [`texture`] | image and procedural textures, ray cones, bump and normal maps |
 
 pub mod bsdf;
@@ -15,4 +15,4 @@ pub mod texture;
 pub use fresnel::{
     TransportMode, behind, fresnel, mean_metal_reflectance, metal_reflectance, reflect, refract, scale, share,
 };
-pub use params::ShadingParams;
+pub use params::{HoleCoverage, MapValues, ShadingParams};

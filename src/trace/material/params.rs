@@ -5,6 +5,17 @@ use glam::Vec3;
 use super::fresnel::mean_metal_reflectance;
 use crate::components::{Material, Model};
 
+/// Where a surface is there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum HoleCoverage {
+    /// Everywhere.
+    Full,
+    /// Where its opacity is this much at least.
+    Cutoff(f32),
+    /// As much as its opacity says.
+    Partial,
+}
+
 /// A material with every weight multiplied out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadingParams {
@@ -23,6 +34,17 @@ pub struct ShadingParams {
     pub ior: f32,
     /// Which of transparent bodies that overlap is there: the highest.
     pub priority: u32,
+    /// Share of bare metal of a `Principled` surface.
+    pub metallic: f32,
+    /// Weight of what a `Principled` surface reflects that is no metal.
+    pub principled_reflection: f32,
+    /// Whether light goes straight through a `Principled` surface.
+    pub thin: bool,
+    /// How much of it is there.
+    pub opacity: f32,
+    pub coverage: HoleCoverage,
+    /// Whether the alpha of vertex colours counts for `opacity`.
+    pub alpha_counts: bool,
     /// Width of GGX: the square of `roughness`.
     pub alpha: f32,
     /// Complex index of refraction of a conductor: eta, and k with it; 0 where `diffuse` stands for both.
@@ -34,6 +56,8 @@ pub struct ShadingParams {
     pub absorption: Vec3,
     /// Radiance.
     pub emission: Vec3,
+    /// Whether what it sends out differs from point to point, so that lights cannot be chosen by it.
+    pub uneven_emission: bool,
     /// The light group that its emission is added up in, as that of a lamp.
     pub group: u32,
 }
@@ -41,7 +65,7 @@ pub struct ShadingParams {
 impl From<&Material> for ShadingParams {
     fn from(m: &Material) -> Self {
         let albedo = match m.model {
-            Model::Conductor => m.color,
+            Model::Conductor | Model::Principled | Model::Unlit => m.color,
             Model::Dielectric => glam::DVec3::ZERO,
             Model::BlinnPhong | Model::Lambert | Model::Plastic => m.color * m.diffuse,
         };
@@ -55,11 +79,22 @@ impl From<&Material> for ShadingParams {
             gloss: m.gloss as f32,
             transmission: match m.model {
                 Model::BlinnPhong => m.transmission as f32,
+                Model::Principled => m.transmission as f32,
                 Model::Dielectric => 1.0,
-                Model::Lambert | Model::Conductor | Model::Plastic => 0.0,
+                Model::Lambert | Model::Conductor | Model::Plastic | Model::Unlit => 0.0,
             },
-            ior: m.ior as f32,
+            ior: m.refractive_index() as f32,
             priority: m.priority,
+            metallic: m.metallic as f32,
+            principled_reflection: m.principled_reflection() as f32,
+            thin: m.thin,
+            opacity: m.opacity as f32,
+            coverage: match m.opacity_cutoff {
+                Some(cutoff) => HoleCoverage::Cutoff(cutoff as f32),
+                None if m.has_holes() => HoleCoverage::Partial,
+                None => HoleCoverage::Full,
+            },
+            alpha_counts: m.vertex_opacity,
             alpha: (m.roughness * m.roughness) as f32,
             eta: m.eta.unwrap_or_default().as_vec3(),
             k: m.k.unwrap_or_default().as_vec3(),
@@ -69,21 +104,61 @@ impl From<&Material> for ShadingParams {
             },
             absorption: m.absorption.as_vec3(),
             emission: m.emission.as_vec3(),
+            uneven_emission: m.emission_map.is_some() || m.has_holes(),
             group: 0,
         }
     }
 }
 
+/// Values of the maps of a material at one point: factors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapValues {
+    pub color: Vec3,
+    pub specular: Vec3,
+    pub emission: Vec3,
+    pub reflection: f32,
+    pub roughness: f32,
+    pub metallic: f32,
+    pub transmission: f32,
+    pub opacity: f32,
+}
+
 impl ShadingParams {
     /// The material with the values of its maps at one point.
-    pub fn mapped(&self, color: Vec3, specular: Vec3, roughness: f32) -> Self {
+    pub fn mapped(&self, maps: &MapValues) -> Self {
         ShadingParams {
-            diffuse: self.diffuse * color,
-            specular: self.specular * specular,
-            mirror_color: self.mirror_color * specular,
-            gloss: self.gloss * roughness,
-            alpha: self.alpha * (roughness * roughness),
+            diffuse: self.diffuse * maps.color,
+            specular: self.specular * maps.specular,
+            mirror_color: self.mirror_color * maps.specular,
+            emission: self.emission * maps.emission,
+            principled_reflection: self.principled_reflection * maps.reflection,
+            gloss: self.gloss * maps.roughness,
+            alpha: self.alpha * (maps.roughness * maps.roughness),
+            metallic: self.metallic * maps.metallic,
+            transmission: self.transmission * maps.transmission,
+            opacity: self.opacity * maps.opacity,
             ..*self
+        }
+    }
+
+    /// The factor of `opacity` that the alpha of a vertex colour is.
+    #[inline]
+    pub fn vertex_opacity(&self, alpha: f32) -> f32 {
+        if self.alpha_counts { alpha.clamp(0.0, 1.0) } else { 1.0 }
+    }
+
+    /// Radiance of the surface as a light that is sampled.
+    pub fn sampled_emission(&self) -> Vec3 {
+        if self.uneven_emission { Vec3::ZERO } else { self.emission }
+    }
+
+    /// How much of it is there: 1 or 0 where a cutoff decides.
+    #[inline]
+    pub fn cover(&self) -> f32 {
+        match self.coverage {
+            HoleCoverage::Full => 1.0,
+            HoleCoverage::Cutoff(least) => f32::from(u8::from(self.opacity >= least)),
+            HoleCoverage::Partial => self.opacity,
         }
     }
 
@@ -98,6 +173,12 @@ impl ShadingParams {
     pub fn is_lambertian(&self) -> bool {
         let matt = self.model == Model::Lambert || (self.model == Model::BlinnPhong && self.is_diffuse());
         matt && self.emission == Vec3::ZERO
+    }
+
+    /// Whether it is the skin of a body that light runs in, where it encloses one: a wall of no thickness has no inside.
+    #[inline]
+    pub fn bounds_body(&self) -> bool {
+        self.transmission > 0.0 && self.metallic < 1.0 && !self.thin && self.ior > 0.0
     }
 
     /// Whether it is glass and nothing else: no light is scattered by anything but a change of index.

@@ -37,13 +37,14 @@ impl Bounds {
         self.min + self.size() * 0.5
     }
 
-    /// Widened by a few roundings of its own coordinates.
+    /// Widened by [`MARGIN`] of its own greatest coordinate.
+    #[inline]
     pub fn padded(self) -> Self {
-        let pad = self.min.abs().max(self.max.abs()).max_element() * (8.0 * f32::EPSILON);
+        let pad = self.min.abs().max(self.max.abs()).max_element() * MARGIN;
         Bounds { min: self.min - pad, max: self.max + pad }
     }
 }
 
-/// Margin of boxes, relative to the greatest coordinate of ray and structure. What tests of primitives are held to errs
-/// by a quarter of it.
+/// Margin of boxes, relative to the greatest coordinate of the ray's origin and of the box. What tests of primitives are
+/// held to errs by a quarter of it.
 pub const MARGIN: f32 = 8.0 * f32::EPSILON;

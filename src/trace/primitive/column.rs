@@ -9,6 +9,7 @@ use super::interaction::InteractionLanes;
 use super::prepared_ray::PreparedRay;
 use super::surface::{BarePoint, SurfacePoint};
 use super::tag::{Sides, Tag};
+use super::terminator::SmoothFacet;
 use super::uv::{ObjectSpace, SurfaceUv, UvPoint};
 use crate::trace::soa::{Hit, Ray};
 
@@ -38,6 +39,17 @@ pub trait PrimitiveColumn {
 
     /// Texture coordinates of that point; `space` is the local space of its entity.
     fn uv(&self, i: usize, hit: &Hit, surface: &SurfacePoint, space: &ObjectSpace) -> SurfaceUv;
+
+    /// As [`Self::uv`] by the second texture coordinates of a mesh, if it has any.
+    fn second_uv(&self, _: usize, _: &Hit, _: &SurfacePoint, _: &ObjectSpace) -> Option<SurfaceUv> {
+        None
+    }
+
+    /// The facet that was met, if it is one of a surface that is shaded as if it were round.
+    fn smooth_facet(&self, i: usize, hit: &Hit) -> Option<SmoothFacet> {
+        let _ = (i, hit);
+        None
+    }
 
     /// The colour that the vertices of a mesh give that point: red, green, blue, and alpha.
     fn vertex_color(&self, i: usize, hit: &Hit) -> Vec4 {

@@ -105,9 +105,31 @@ macro_rules! primitives {
             }
 
             /// Texture coordinates of a hit. `surface` faces outwards; `space` is that of its entity.
-            pub fn surface_uv(&self, hit: &Hit, surface: &SurfacePoint, space: &ObjectSpace) -> SurfaceUv {
+            ///
+            /// With `second` those of a mesh are its second ones, if it has any.
+            pub fn surface_uv(
+                &self,
+                hit: &Hit,
+                surface: &SurfacePoint,
+                space: &ObjectSpace,
+                second: bool,
+            ) -> SurfaceUv {
                 let (kind, i) = self.place(hit.primitive);
+                let second = second.then(|| match kind {
+                    $( PrimitiveKind::$Kind => self.$column.second_uv(i, hit, surface, space) ),*
+                });
+                if let Some(found) = second.flatten() {
+                    return found;
+                }
                 match kind { $( PrimitiveKind::$Kind => self.$column.uv(i, hit, surface, space) ),* }
+            }
+
+            /// Where rays start that leave a hit towards light which its smooth normal faces and its facet does not, if the
+            /// surface bulges there. `surface` faces the side that is seen.
+            pub fn smooth_start(&self, hit: &Hit, surface: &SurfacePoint) -> Option<Vec3> {
+                let (kind, i) = self.place(hit.primitive);
+                let facet = match kind { $( PrimitiveKind::$Kind => self.$column.smooth_facet(i, hit) ),* };
+                facet?.start(hit, surface)
             }
 
             /// The colour that the vertices of a mesh give the point of a hit: red, green, blue, and alpha.
@@ -311,6 +333,22 @@ impl Geometry {
     pub fn nearness(bounds: Bounds) -> f32 {
         // With room for the roundings of the one that decides.
         if bounds.is_empty() { f32::INFINITY } else { 3.99 * bounds.size().length() }
+    }
+
+    /// A hit of a ray as one of the ray that it is the rest of.
+    pub fn seen_from(&self, whole: &Ray, rest: &Ray, hit: Hit) -> Hit {
+        let advanced = (rest.origin - whole.origin).dot(rest.direction);
+        let t = hit.t + advanced;
+        match self.kind_of(hit.primitive) {
+            // These keep where along the ray they were met.
+            PrimitiveKind::Sphere | PrimitiveKind::Box | PrimitiveKind::Cone | PrimitiveKind::Transformed => {
+                let [(from, _), (to, _)] = [self.approach(rest), self.approach(whole)];
+                Hit { t, u: hit.u + from + advanced - to, ..hit }
+            }
+            PrimitiveKind::Triangle | PrimitiveKind::MeshTriangle | PrimitiveKind::Instance | PrimitiveKind::Plane => {
+                Hit { t, ..hit }
+            }
+        }
     }
 
     /// A ray that starts far from all finite primitives, moved up to them: distance moved, and the ray from there.

@@ -13,6 +13,7 @@ use super::mesh::{corner_uvs, mixed_color, mixed_normal, same_mesh};
 use super::prepared_ray::PreparedRay;
 use super::surface::{BarePoint, SurfacePoint};
 use super::tag::Tag;
+use super::terminator::SmoothFacet;
 use super::triangle::{AreaTriangle, ShadedPoint, intersect_corners, on_triangle, patch, wrapped};
 use super::uv::{ObjectSpace, SurfaceUv};
 use crate::components::MeshData;
@@ -43,8 +44,8 @@ impl MeshPrototype {
     }
 
     /// As `BakedMesh::uvs`.
-    pub fn uvs(&self, triangle: u32) -> Option<[Vec2; 3]> {
-        corner_uvs(&self.mesh, triangle)
+    pub fn uvs(&self, triangle: u32, second: bool) -> Option<[Vec2; 3]> {
+        corner_uvs(&self.mesh, triangle, second)
     }
 
     /// As `BakedMesh::shading_normal`, in local space.
@@ -158,10 +159,24 @@ impl PrimitiveColumn for Instances {
 
     fn uv(&self, i: usize, hit: &Hit, surface: &SurfacePoint, space: &ObjectSpace) -> SurfaceUv {
         let (_, prototype) = self.of(i);
-        let uvs = prototype.uvs(hit.element);
+        let uvs = prototype.uvs(hit.element, false);
         wrapped(surface, space)
             .filter(|_| uvs.is_none())
             .unwrap_or_else(|| patch(prototype.corners(hit.element), uvs, hit).carried(&space.map, surface))
+    }
+
+    fn second_uv(&self, i: usize, hit: &Hit, surface: &SurfacePoint, space: &ObjectSpace) -> Option<SurfaceUv> {
+        let (_, prototype) = self.of(i);
+        let uvs = prototype.uvs(hit.element, true)?;
+        Some(patch(prototype.corners(hit.element), Some(uvs), hit).carried(&space.map, surface))
+    }
+
+    fn smooth_facet(&self, i: usize, hit: &Hit) -> Option<SmoothFacet> {
+        let (Instance { map, .. }, prototype) = self.of(i);
+        let mesh = prototype.smooth.then_some(&prototype.mesh)?;
+        let at = mesh.triangles[hit.element as usize];
+        let corners = prototype.corners(hit.element).map(|p| map.to_world * p + map.anchor);
+        Some(SmoothFacet { corners, normals: at.map(|i| map.world_normal(mesh.shading_normals()[i as usize])) })
     }
 
     fn vertex_color(&self, i: usize, hit: &Hit) -> Vec4 {

@@ -11,6 +11,7 @@ use super::interaction::InteractionLanes;
 use super::prepared_ray::PreparedRay;
 use super::surface::SurfacePoint;
 use super::tag::Tag;
+use super::terminator::SmoothFacet;
 use super::triangle::{AreaTriangle, offer_triangle, on_triangle, patch, wrapped};
 use super::uv::{ObjectSpace, SurfaceUv};
 use crate::components::MeshData;
@@ -66,9 +67,9 @@ impl BakedMesh {
         if self.mirrored { [a, c, b] } else { [a, b, c] }
     }
 
-    /// Texture coordinates of the corners, if the mesh has any.
-    pub fn uvs(&self, triangle: u32) -> Option<[Vec2; 3]> {
-        let [a, b, c] = corner_uvs(&self.mesh, triangle)?;
+    /// Texture coordinates of the corners, the first or the second ones, if the mesh has any.
+    pub fn uvs(&self, triangle: u32, second: bool) -> Option<[Vec2; 3]> {
+        let [a, b, c] = corner_uvs(&self.mesh, triangle, second)?;
         Some(if self.mirrored { [a, c, b] } else { [a, b, c] })
     }
 
@@ -83,8 +84,9 @@ impl BakedMesh {
     }
 }
 
-pub fn corner_uvs(mesh: &MeshData, triangle: u32) -> Option<[Vec2; 3]> {
-    let uvs = (!mesh.uvs.is_empty()).then(|| mesh.triangles[triangle as usize].map(|i| mesh.uvs[i as usize]));
+pub fn corner_uvs(mesh: &MeshData, triangle: u32, second: bool) -> Option<[Vec2; 3]> {
+    let uvs = mesh.uv_set(second);
+    let uvs = (!uvs.is_empty()).then(|| mesh.triangles[triangle as usize].map(|i| uvs[i as usize]));
     uvs.filter(|uvs| !uvs.contains(&MeshData::NO_UV))
 }
 
@@ -162,8 +164,22 @@ impl PrimitiveColumn for BakedMeshes {
 
     fn uv(&self, i: usize, hit: &Hit, surface: &SurfacePoint, space: &ObjectSpace) -> SurfaceUv {
         let (mesh, triangle) = self.part(i);
-        let uvs = mesh.uvs(triangle);
+        let uvs = mesh.uvs(triangle, false);
         wrapped(surface, space).filter(|_| uvs.is_none()).unwrap_or_else(|| patch(mesh.corners(triangle), uvs, hit))
+    }
+
+    fn second_uv(&self, i: usize, hit: &Hit, _: &SurfacePoint, _: &ObjectSpace) -> Option<SurfaceUv> {
+        let (mesh, triangle) = self.part(i);
+        mesh.uvs(triangle, true).map(|uvs| patch(mesh.corners(triangle), Some(uvs), hit))
+    }
+
+    fn smooth_facet(&self, i: usize, _: &Hit) -> Option<SmoothFacet> {
+        let (mesh, triangle) = self.part(i);
+        let to_world = mesh.normals?;
+        let [a, b, c] =
+            mesh.mesh.triangles[triangle as usize].map(|i| to_world * mesh.mesh.shading_normals()[i as usize]);
+        let normals = if mesh.mirrored { [a, c, b] } else { [a, b, c] };
+        Some(SmoothFacet { corners: mesh.corners(triangle), normals })
     }
 
     fn vertex_color(&self, i: usize, hit: &Hit) -> Vec4 {

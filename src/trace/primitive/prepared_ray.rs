@@ -46,10 +46,17 @@ pub fn dominant(direction: Vec3) -> usize {
 }
 
 impl PreparedRay {
+    #[inline(always)]
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
+        let inverse = Vec3::new(finite_recip(direction.x), finite_recip(direction.y), finite_recip(direction.z));
+        Self::with_inverse(origin, direction, inverse)
+    }
+
+    /// `inverse` holds [`finite_recip`] of each coordinate of the direction.
+    #[inline(always)]
+    pub fn with_inverse(origin: Vec3, direction: Vec3, inverse: Vec3) -> Self {
         let last = dominant(direction);
         let axes = [(last + 1) % 3, (last + 2) % 3, last];
-        let inverse = direction.map(finite_recip::<f32>);
         let along = inverse[last];
         let shear = Vec3::new(direction[axes[0]] * along, direction[axes[1]] * along, along);
         let turned = |v: Vec3| Vec3::new(v[axes[0]], v[axes[1]], v[axes[2]]);
@@ -79,6 +86,7 @@ impl PreparedRay {
 }
 
 impl From<&Ray> for PreparedRay {
+    #[inline(always)]
     fn from(ray: &Ray) -> Self {
         PreparedRay::new(ray.origin, ray.direction)
     }

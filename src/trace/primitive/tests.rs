@@ -180,7 +180,7 @@ mod uv {
         let ray = Ray::new(from, (to - from).normalize());
         let hit = accelerator.closest(geometry, &ray, &mut TraversalScratch::default()).unwrap();
         let surface = geometry.surface_point(&ray, &hit);
-        (geometry.surface_uv(&hit, &surface, frame), surface)
+        (geometry.surface_uv(&hit, &surface, frame, false), surface)
     }
 
     /// One of each shape in a local space, under a map.

@@ -14,6 +14,7 @@ use super::prepared_ray::{PreparedRay, PreparedRayLanes};
 use super::sphere::globe;
 use super::surface::{BarePoint, ROUNDING, SurfacePoint};
 use super::tag::{Sides, Tag};
+use super::terminator::SmoothFacet;
 use super::uv::{ObjectSpace, SurfaceUv, UvPoint};
 use crate::trace::sampler::in_triangle;
 use crate::trace::simd::{Lanes, V3};
@@ -93,6 +94,11 @@ impl PrimitiveColumn for Triangles {
         let at = self.uvs.binary_search_by_key(&(i as u32), |(triangle, _)| *triangle);
         let uvs = at.ok().map(|at| self.uvs[at].1);
         wrapped(surface, space).filter(|_| uvs.is_none()).unwrap_or_else(|| patch(self.corners[i], uvs, hit))
+    }
+
+    fn smooth_facet(&self, i: usize, _: &Hit) -> Option<SmoothFacet> {
+        let normals = *self.normals.get(self.shading[i] as usize)?;
+        Some(SmoothFacet { corners: self.corners[i], normals })
     }
 
     #[inline(always)]

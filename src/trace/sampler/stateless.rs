@@ -26,6 +26,8 @@ pub enum Domain {
     /// Which part of what a path goes on with it looks for.
     Part,
     Light(u32),
+    /// Whether a surface that is there in part is, after so many others on the same ray.
+    Hole(u32),
 }
 
 impl Domain {
@@ -40,6 +42,7 @@ impl Domain {
             Domain::Time => 6,
             Domain::Part => 7,
             Domain::Light(i) => 16 + u64::from(i),
+            Domain::Hole(i) => (1 << 40) + u64::from(i),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Eight lanes in the AVX2 registers of x86-64.
 //!
-//! Soundness: [`Avx2`] and [`AvxU32x8`] are only ever computed with inside [`run_avx2`], which is entered only where the
+//! Soundness: [`Avx2`] and [`AvxU32x8`] are only ever computed with inside [`run_avx2`], which asks for a proof that the
 //! processor has what it enables.
 
 #![allow(unsafe_code, reason = "processor instructions are unsafe to call; the module says why these are sound")]
@@ -10,24 +10,29 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::lanes::{COMPRESS, Kernel, LANES, Lanes, U32x8, Wide, lanes};
 
-pub fn has_avx2() -> bool {
-    is_x86_feature_detected!("avx2")
-        && is_x86_feature_detected!("fma")
-        && is_x86_feature_detected!("bmi1")
-        && is_x86_feature_detected!("bmi2")
-        && is_x86_feature_detected!("popcnt")
+/// Proof that this processor has AVX2 and what comes with it. There is no other way to one than [`Self::detect`]: kernels
+/// are entered for every ray, and to ask the processor each time took 1.5 % of the time of bounces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HasAvx2(());
+
+impl HasAvx2 {
+    pub fn detect() -> Option<Self> {
+        let has = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("popcnt");
+        has.then_some(HasAvx2(()))
+    }
 }
 
-/// # Panics
-/// Where the processor has no AVX2.
 #[inline]
-pub fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
+pub fn run_avx2<K: Kernel>(_: HasAvx2, kernel: K) -> K::Output {
     #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
     fn enabled<K: Kernel>(kernel: K) -> K::Output {
         kernel.run::<Avx2>()
     }
-    assert!(has_avx2(), "this processor has no AVX2");
-    // SAFETY: it has.
+    // SAFETY: the processor has what is enabled.
     unsafe { enabled(kernel) }
 }
 
@@ -176,6 +181,20 @@ impl Wide for Avx2 {
     #[inline(always)]
     fn scale_sub(self, factor: Self, less: Self) -> Self {
         Avx2(unsafe { _mm256_fmsub_ps(self.0, factor.0, less.0) })
+    }
+    #[inline(always)]
+    fn bit_planes(bytes: &[u8; 64]) -> [u64; LANES] {
+        let mut planes = [0; LANES];
+        unsafe {
+            let mut low = _mm256_loadu_si256(bytes.as_ptr().cast());
+            let mut high = _mm256_loadu_si256(bytes.as_ptr().add(32).cast());
+            for plane in planes.iter_mut().rev() {
+                let [low_bits, high_bits] = [_mm256_movemask_epi8(low) as u32, _mm256_movemask_epi8(high) as u32];
+                *plane = u64::from(high_bits) << 32 | u64::from(low_bits);
+                (low, high) = (_mm256_add_epi8(low, low), _mm256_add_epi8(high, high));
+            }
+        }
+        planes
     }
 }
 

@@ -79,6 +79,18 @@ pub trait Wide: Lanes {
     }
     /// `self * factor - less`, perhaps fused: only for what cannot reach a pixel.
     fn scale_sub(self, factor: Self, less: Self) -> Self;
+
+    /// Bits of bytes, plane by plane: bit i of number k is bit k of byte i.
+    #[inline(always)]
+    fn bit_planes(bytes: &[u8; 64]) -> [u64; LANES] {
+        let mut planes = [0; LANES];
+        for (i, byte) in bytes.iter().enumerate() {
+            for (k, plane) in planes.iter_mut().enumerate() {
+                *plane |= u64::from(byte >> k & 1) << i;
+            }
+        }
+        planes
+    }
 }
 
 /// The vector of one lane of columns.

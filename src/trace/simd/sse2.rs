@@ -153,6 +153,20 @@ impl Wide for Sse2 {
     fn scale_sub(self, factor: Self, less: Self) -> Self {
         self * factor - less
     }
+    #[inline(always)]
+    fn bit_planes(bytes: &[u8; 64]) -> [u64; LANES] {
+        let mut planes = [0; LANES];
+        for quarter in 0..4 {
+            unsafe {
+                let mut bytes = _mm_loadu_si128(bytes.as_ptr().add(16 * quarter).cast());
+                for plane in planes.iter_mut().rev() {
+                    *plane |= u64::from(_mm_movemask_epi8(bytes) as u32) << (16 * quarter);
+                    bytes = _mm_add_epi8(bytes, bytes);
+                }
+            }
+        }
+        planes
+    }
 }
 
 /// Asks for every cache line of it.

@@ -99,6 +99,17 @@ impl Kernel for Whole {
     }
 }
 
+struct BitPlanes([u8; 64]);
+
+impl Kernel for BitPlanes {
+    type Output = [u64; LANES];
+
+    #[inline(always)]
+    fn run<L: Wide>(self) -> [u64; LANES] {
+        L::bit_planes(&self.0)
+    }
+}
+
 fn whole_one_by_one(a: [u32; LANES], b: [u32; LANES]) -> Vec<[u32; LANES]> {
     let of = |f: &dyn Fn(u32, u32) -> u32| std::array::from_fn(|i| f(a[i], b[i]));
     vec![
@@ -126,6 +137,17 @@ proptest! {
             prop_assert_eq!(width.run(Whole(a, b)), whole_one_by_one(a, b), "{:?}", width);
         }
         prop_assert_eq!(Whole(a, b).run::<Plain>(), whole_one_by_one(a, b));
+    }
+
+    #[test]
+    fn planes_of_bits_agree_in_all_widths(bytes in prop::collection::vec(any::<u8>(), 64)) {
+        let bytes: [u8; 64] = bytes.try_into().expect("as many");
+        let plane = |k: usize| (0..64).fold(0, |bits, i| bits | u64::from(bytes[i] >> k & 1) << i);
+        let expected: [u64; LANES] = std::array::from_fn(plane);
+        for width in Width::all() {
+            prop_assert_eq!(width.run(BitPlanes(bytes)), expected, "{:?}", width);
+        }
+        prop_assert_eq!(BitPlanes(bytes).run::<Plain>(), expected);
     }
 
     #[test]

@@ -3,6 +3,8 @@
 //! Every kernel is compiled once for every width, and kernels are most of this crate: builds with debug assertions have
 //! no AVX2 among their widths, but for the unit tests, which hold whole pictures of both widths equal.
 
+use std::sync::OnceLock;
+
 #[cfg(all(target_arch = "x86_64", any(test, not(debug_assertions))))]
 use super::avx2;
 use super::lanes::Kernel;
@@ -31,8 +33,11 @@ pub enum Width {
     Sse2,
     /// One register of eight; needs AVX2 and what comes with it on all processors: FMA, BMI and POPCNT.
     #[cfg(all(target_arch = "x86_64", any(test, not(debug_assertions))))]
-    Avx2,
+    Avx2(avx2::HasAvx2),
 }
+
+/// What every kernel runs in.
+static CHOSEN: OnceLock<Width> = OnceLock::new();
 
 impl Width {
     /// Runs a kernel with lanes of this width.
@@ -44,15 +49,44 @@ impl Width {
             #[cfg(target_arch = "x86_64")]
             Width::Sse2 => kernel.run::<Sse2>(),
             #[cfg(all(target_arch = "x86_64", any(test, not(debug_assertions))))]
-            Width::Avx2 => avx2::run_avx2(kernel),
+            Width::Avx2(proof) => avx2::run_avx2(proof, kernel),
         }
     }
 
-    /// The widest that was compiled and that this processor has.
+    /// The one that was chosen for the whole program, or else the widest that was compiled and that this processor has.
     pub fn detect() -> Self {
+        *CHOSEN.get_or_init(Self::widest)
+    }
+
+    /// Makes everything run in lanes of this name. No bit of any picture depends on it.
+    ///
+    /// # Errors
+    /// The names that there are, if this is none of them; the width that runs already, if it is another one.
+    pub fn choose(name: &str) -> Result<(), String> {
+        let names = || Self::all().iter().map(|width| width.name()).collect::<Vec<_>>().join(", ");
+        let Some(width) = Self::all().into_iter().find(|width| width.name() == name) else {
+            return Err(format!("expected one of those that this program and this processor have: {}", names()));
+        };
+        let runs = *CHOSEN.get_or_init(|| width);
+        if runs == width { Ok(()) } else { Err(format!("{} runs already", runs.name())) }
+    }
+
+    /// What the lanes are made of, in a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            #[cfg(not(target_arch = "x86_64"))]
+            Width::Plain => "scalar",
+            #[cfg(target_arch = "x86_64")]
+            Width::Sse2 => "sse2",
+            #[cfg(all(target_arch = "x86_64", any(test, not(debug_assertions))))]
+            Width::Avx2(_) => "avx2",
+        }
+    }
+
+    fn widest() -> Self {
         #[cfg(all(target_arch = "x86_64", any(test, not(debug_assertions))))]
-        if avx2::has_avx2() {
-            return Width::Avx2;
+        if let Some(proof) = avx2::HasAvx2::detect() {
+            return Width::Avx2(proof);
         }
         #[cfg(target_arch = "x86_64")]
         return Width::Sse2;
@@ -60,12 +94,13 @@ impl Width {
         return Width::Plain;
     }
 
-    /// Every width that this processor has.
-    #[cfg(test)]
+    /// Every width that was compiled and that this processor has, the narrowest first.
     pub fn all() -> Vec<Self> {
-        #[cfg(target_arch = "x86_64")]
-        return [Width::Sse2].into_iter().chain(avx2::has_avx2().then_some(Width::Avx2)).collect();
         #[cfg(not(target_arch = "x86_64"))]
-        return vec![Width::Plain];
+        let narrow = Width::Plain;
+        #[cfg(target_arch = "x86_64")]
+        let narrow = Width::Sse2;
+        let widest = Some(Self::widest()).filter(|widest| *widest != narrow);
+        [narrow].into_iter().chain(widest).collect()
     }
 }

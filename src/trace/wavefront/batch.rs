@@ -4,9 +4,9 @@ use super::context::RenderContext;
 use super::interaction::LEAST_FACING;
 use super::path_state::PathStateLanes;
 use super::ray_queue::RayQueue;
-use crate::trace::primitive::SurfacePointLanes;
+use crate::trace::primitive::{SurfacePoint, SurfacePointLanes};
 use crate::trace::sampler::{SampleLanes, SampleSet};
-use crate::trace::simd::{LANES, V3, Wide, lanes_to_bits, set_lane};
+use crate::trace::simd::{LANES, V3, Wide, lane, lanes, lanes_to_bits, set_lane};
 use crate::trace::soa::{HitLanes, Hits, RayLanes};
 
 /// A hit that is shaded beside others: indices of its ray and of its material.
@@ -33,6 +33,8 @@ pub struct ShadingBatch<'a, L: Wide> {
     /// The normal that light is counted about on paths.
     pub normal: V3<L>,
     pub materials: [u32; LANES],
+    /// Numbers of the rays.
+    rays: [usize; LANES],
     pub albedo: V3<L>,
     pub samples: SampleLanes<'a>,
     /// A bit for each lane that is in use.
@@ -67,10 +69,46 @@ impl<'a> ShadingInput<'a> {
             normal: V3::select(trusted, points.shading_normal, points.geometric_normal),
             points,
             materials,
+            rays,
             albedo: V3::load(&albedo),
             samples: self.samples.eight(lanes_to_bits(states.sample), states.each_node()),
             states,
             used: (1 << places.len()) - 1,
         }
+    }
+}
+
+impl ShadingInput<'_> {
+    /// As [`SurfaceInteraction::smooth_start`](super::SurfaceInteraction::smooth_start), for these lanes of a group: which
+    /// of them have such a start, and all `origins` with theirs in place of what is there.
+    #[inline(always)]
+    pub fn smooth_starts<L: Wide>(&self, group: &ShadingBatch<L>, bits: u32, origins: V3<L>) -> (u32, V3<L>) {
+        let SurfacePointLanes { point, error, geometric_normal, shading_normal } = &group.points;
+        let points = [*point, *error, *geometric_normal, *shading_normal].map(V3::store);
+        let mut origins = origins.store();
+        let found = self.each_smooth_start(&group.rays, &points, bits, &mut origins);
+        (found, V3::load(&origins))
+    }
+
+    /// Light behind a surface that its smooth normals face is rare: lane by lane is soon enough.
+    #[cold]
+    fn each_smooth_start(
+        &self,
+        rays: &[usize; LANES],
+        points: &[[[f32; LANES]; 3]; 4],
+        bits: u32,
+        origins: &mut [[f32; LANES]; 3],
+    ) -> u32 {
+        let mut found = 0;
+        for i in lanes(bits) {
+            let Some(hit) = self.hits.get(rays[i]) else { continue };
+            let [point, error, geometric_normal, shading_normal] = [0, 1, 2, 3].map(|k: usize| lane(&points[k], i));
+            let surface = SurfacePoint { point, error, geometric_normal, shading_normal, ..SurfacePoint::default() };
+            if let Some(start) = self.context.geometry.smooth_start(&hit, &surface) {
+                found |= 1 << i;
+                set_lane(origins, i, start);
+            }
+        }
+        found
     }
 }

@@ -10,10 +10,10 @@ use super::context::{LightSampling, RenderContext};
 use super::path_state::PathStateLanes;
 use super::ray_queue::RayQueue;
 use super::shadow_ray_queue::{ShadowRayBatch, ShadowRayQueue};
-use crate::components::Model;
+use crate::components::{Integrator, Model};
 use crate::trace::counters::Counters;
 use crate::trace::light::Lamp;
-use crate::trace::material::ShadingParams;
+use crate::trace::material::{HoleCoverage, ShadingParams};
 use crate::trace::sampler::{Domain, RayNode};
 use crate::trace::simd::{Kernel, LANES, V3, Wide, lanes, set_lane};
 
@@ -33,7 +33,8 @@ pub fn is_blinn_phong(context: RenderContext, material: &ShadingParams) -> bool 
     let diffuse = material.model == Model::Lambert;
     let gloss = context.settings.gloss && material.gloss > 0.0;
     let opaque = material.model == Model::BlinnPhong && material.transmission == 0.0 && !gloss;
-    (diffuse || opaque) && material.emission == Vec3::ZERO
+    let split = context.settings.integrator == Integrator::Whitted && material.coverage == HoleCoverage::Partial;
+    (diffuse || opaque) && material.emission == Vec3::ZERO && !split
 }
 
 impl Kernel for BlinnPhongKernel<'_> {
@@ -94,17 +95,23 @@ impl BlinnPhongKernel<'_> {
         [u, v]: [L; 2],
         share: f32,
     ) {
-        let (zero, half, points) = (L::splat(0.0), L::splat(0.5), &group.points);
-        let (a, b) = (V3::splat(lamp.edges[0]), V3::splat(lamp.edges[1]));
-        let target = V3::splat(lamp.center) + a.scale(u - half) + b.scale(v - half);
+        let (zero, points) = (L::splat(0.0), &group.points);
+        let target = lamp.targets(points.point, [u, v]);
         let above = zero.lt(points.geometric_normal.dot(target - points.point));
-        let origin = points.offset_origin(points.geometric_normal);
+        let mut origin = points.offset_origin(points.geometric_normal);
+        let faces = L::bits(zero.lt(points.shading_normal.dot(target - points.point))) & scattering;
+        let mut reached = L::bits(above) & scattering;
+        if faces & !reached != 0 {
+            let found;
+            (found, origin) = self.met.smooth_starts(group, faces & !reached, origin);
+            reached |= found;
+        }
         let offset = target - origin;
         let square = offset.dot(offset);
         let distance = square.sqrt();
         let direction = offset.scale(L::splat(1.0) / distance);
         let cosine = points.shading_normal.dot(direction);
-        let lit = L::bits(L::and(above, zero.lt(cosine))) & scattering;
+        let lit = L::bits(zero.lt(cosine)) & reached;
         if lit == 0 {
             return;
         }
@@ -114,6 +121,7 @@ impl BlinnPhongKernel<'_> {
             color = color + shine;
         }
         let strength = if lamp.inverse_square { L::splat(share) / square } else { L::splat(share) };
+        let strength = strength * lamp.cone.shares(direction);
         let contribution = group.states.throughput * (color * V3::splat(lamp.color)).scale(strength);
         let scatterings = group.states.scatterings + L::splat(1.0);
         let contribution = self.met.context.settings.clamps.limited_lanes(scatterings, contribution);
@@ -159,6 +167,11 @@ impl BlinnPhongKernel<'_> {
             mirroring |= 1 << i;
             set_lane(&mut weight, i, material(i).mirror_color * material(i).reflection);
         }
+        let (weight, least) = (V3::load(&weight), self.met.context.settings.min_weight);
+        if least > 0.0 {
+            // Fainter rays are not followed.
+            mirroring &= L::bits(L::splat(least).le((group.states.throughput * weight).max_element()));
+        }
         if mirroring == 0 {
             return;
         }
@@ -170,7 +183,7 @@ impl BlinnPhongKernel<'_> {
         let height = direction.dot(points.geometric_normal);
         let risen = direction - points.geometric_normal.scale(two * height);
         direction = V3::select(height.lt(L::splat(0.0)), risen, direction);
-        let throughput = group.states.throughput * V3::load(&weight);
+        let throughput = group.states.throughput * weight;
         let states = PathStateLanes { throughput, pdf: L::splat(0.0), ..group.states };
         let states = states.at(&group.samples.onward(RayNode::reflected));
         self.next.compress_store(mirroring, points.offset_origin(direction), direction, &states);

@@ -38,6 +38,8 @@ pub struct Settings {
     /// Whether the film wants to know what the camera's rays meet first.
     pub features: bool,
     pub max_depth: u32,
+    /// Least weight of mirrored and refracted rays where all of them are followed; 0 for no least one.
+    pub min_weight: f32,
     pub light_sampling: LightSampling,
     pub gloss: bool,
     pub lens: bool,
@@ -74,6 +76,7 @@ impl Settings {
             clamps: Clamps::new(render),
             features: render.gathers_features() || render.denoise,
             max_depth: render.max_depth,
+            min_weight: render.min_weight as f32,
             light_sampling,
             gloss: distribution,
             lens: distribution,
@@ -120,6 +123,8 @@ pub struct RenderContext<'a> {
     pub lights: &'a Lights,
     pub textures: &'a TextureBindings,
     pub camera: &'a CameraRays,
+    /// Where the origin of all this is in the world.
+    pub origin: Vec3,
     /// The frame before, where the film wants to know what has moved.
     pub motion: Option<&'a MotionVectors>,
     /// Takes the place of the background colour.
@@ -132,6 +137,10 @@ pub struct RenderContext<'a> {
     pub width: u32,
     /// Groups that lights are divided into, 1 at least.
     pub light_groups: usize,
+    /// Whether surfaces of some materials are not there everywhere.
+    pub holes: bool,
+    /// Whether any material is clear glass, whose bodies may cover each other.
+    pub glass: bool,
     /// Regions that are noted where rays cross them.
     pub regions: Option<DirtyRegions<'a>>,
 }
@@ -171,6 +180,14 @@ impl Clamps {
         let most = L::select(one.lt(scatterings), L::splat(self.indirect), once);
         let largest = light.max_element();
         light.scale(L::select(most.lt(largest), most / largest, one))
+    }
+}
+
+impl RenderContext<'_> {
+    /// Whether what stops a shadow ray may let some of its light through.
+    #[inline(always)]
+    pub fn dims_shadow_rays(&self) -> bool {
+        self.settings.transparent_shadows || self.holes
     }
 }
 

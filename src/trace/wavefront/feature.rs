@@ -14,7 +14,7 @@ pub fn first_hit_feature(context: RenderContext, met: &SurfaceInteraction) -> Fe
     let (point, entity) = (met.surface.point, met.surface.entity);
     Feature {
         depth: context.camera.depth(point),
-        point,
+        point: point + context.origin,
         normal: met.surface.shading_normal,
         albedo: albedo(met.material),
         motion: context.motion.map_or(Vec2::ZERO, |motion| motion.motion(context.camera, point, entity)),
@@ -35,7 +35,7 @@ fn albedo(material: &ShadingParams) -> Vec3 {
 pub fn scattered_albedo(material: &ShadingParams) -> Vec3 {
     let smooth = material.alpha < SMOOTH;
     let scattered = match material.model {
-        Model::Lambert | Model::Plastic => material.diffuse,
+        Model::Lambert | Model::Plastic | Model::Unlit => material.diffuse,
         Model::BlinnPhong if material.gloss > 0.0 => {
             material.diffuse + material.mirror_color * material.reflection + Vec3::splat(material.transmission)
         }
@@ -43,6 +43,11 @@ pub fn scattered_albedo(material: &ShadingParams) -> Vec3 {
         Model::Conductor | Model::Dielectric if smooth => Vec3::ZERO,
         Model::Conductor => material.diffuse,
         Model::Dielectric => Vec3::ONE,
+        Model::Principled => {
+            let (metal, base) = (material.metallic, 1.0 - material.metallic);
+            let glossy = if smooth { 0.0 } else { metal + base * material.transmission };
+            material.diffuse * (base * (1.0 - material.transmission) + glossy)
+        }
     };
     scattered + material.emission
 }

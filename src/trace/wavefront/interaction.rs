@@ -2,11 +2,13 @@
 
 use glam::Vec3;
 
+use super::context::RenderContext;
 use super::medium_stack::MediumStack;
 use super::path_state::PathState;
 use crate::trace::material::ShadingParams;
 use crate::trace::primitive::SurfacePoint;
 use crate::trace::sampler::{Frame, Sampler};
+use crate::trace::soa::{Hit, Ray};
 
 /// Cosine below which a smooth normal is not trusted.
 pub const LEAST_FACING: f32 = 1e-3;
@@ -21,6 +23,7 @@ pub struct SurfaceInteraction<'a> {
     pub material: &'a ShadingParams,
     /// The transparent bodies that a ray is in which goes through.
     pub behind: MediumStack,
+    pub hit: Hit,
     /// Whether the ray comes from the outside.
     pub front: bool,
     pub sampler: Sampler,
@@ -37,4 +40,25 @@ impl SurfaceInteraction<'_> {
         let wo = frame.to_local(-self.direction);
         (frame, Vec3::new(wo.x, wo.y, wo.z.max(1e-7)))
     }
+
+    /// Where rays start towards light that the smooth normal faces and the surface itself does not: see
+    /// [`crate::trace::primitive::SmoothFacet`]. `None` where no such light is seen.
+    #[inline(never)]
+    pub fn smooth_start(&self, context: RenderContext) -> Option<Vec3> {
+        let is_opaque = self.material.transmission == 0.0;
+        (is_opaque && !self.surface.bent).then(|| context.geometry.smooth_start(&self.hit, &self.surface))?
+    }
+}
+
+/// A shadow ray towards sampled light from another start than the point that it was sampled for.
+#[inline]
+pub fn shadow_ray_from(start: Vec3, point: Vec3, target: Vec3, along: Ray) -> Ray {
+    let way = target - start;
+    let (length, before) = (way.length(), (target - point).length());
+    // Light from infinitely far comes from the same direction everywhere.
+    if !along.t_max.is_finite() || !length.is_finite() || length == 0.0 || before == 0.0 {
+        return Ray { origin: start, ..along };
+    }
+    // It ends as short of the light as it did.
+    Ray { origin: start, direction: way / length, t_max: along.t_max * (length / before) }
 }

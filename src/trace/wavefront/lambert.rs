@@ -7,12 +7,14 @@
 use std::f32::consts::FRAC_1_PI;
 
 use super::batch::{ShadingBatch, ShadingInput};
+use super::interaction::shadow_ray_from;
 use super::path_state::{DIFFUSE_SPREAD, PathStateLanes, RayConeLanes};
 use super::ray_queue::RayQueue;
 use super::shadow_ray_queue::{ShadowRayBatch, ShadowRayQueue};
 use crate::trace::counters::Counters;
 use crate::trace::sampler::{Domain, RayNode, cosine_directions, power_heuristic, tangents};
-use crate::trace::simd::{Kernel, LANES, V3, Wide, lanes};
+use crate::trace::simd::{Kernel, LANES, V3, Wide, lane, lanes, set_lane};
+use crate::trace::soa::Ray;
 
 /// The diffuse surfaces that a wave met.
 pub struct LambertKernel<'a> {
@@ -52,8 +54,18 @@ impl LambertKernel<'_> {
         let above = zero.lt(group.points.geometric_normal.dot(light.direction));
         let pdf = cosine * L::splat(FRAC_1_PI);
         let value = group.albedo.scale(pdf);
-        let lit = L::and(L::and(light.good, above), L::and(zero.lt(cosine), zero.lt(value.max_element())));
-        let lit = L::bits(lit) & group.used;
+        let seen = L::and(light.good, L::and(zero.lt(cosine), zero.lt(value.max_element())));
+        let seen = L::bits(seen) & group.used;
+        let mut lit = seen & L::bits(above);
+        let (mut origin, mut direction, mut distance) =
+            (group.points.offset_origin(light.direction), light.direction, light.distance);
+        if seen != lit {
+            let found;
+            (found, origin) = self.met.smooth_starts(group, seen & !lit, origin);
+            lit |= found;
+            (direction, distance) =
+                from_start::<L>(found, group.points.point, (origin, light.target), direction, distance);
+        }
         if lit == 0 {
             return;
         }
@@ -62,9 +74,9 @@ impl LambertKernel<'_> {
             share = L::select(zero.lt(light.pdf), power_heuristic(light.pdf, pdf), share);
         }
         let asked = ShadowRayBatch {
-            origin: group.points.offset_origin(light.direction),
-            direction: light.direction,
-            distance: light.distance,
+            origin,
+            direction,
+            distance,
             target: light.target,
             contribution: self.met.context.settings.clamps.limited_lanes(
                 group.states.scatterings + L::splat(1.0),
@@ -102,8 +114,14 @@ impl LambertKernel<'_> {
         let mut throughput = group.states.throughput * group.albedo;
         let worth = throughput.max_element();
         let above = zero.le(group.points.geometric_normal.dot(direction));
-        let going = L::and(L::and(zero.lt(local.z), above), zero.lt(worth));
-        let mut going = L::bits(going) & group.used;
+        let seen = L::bits(L::and(zero.lt(local.z), zero.lt(worth))) & group.used;
+        let mut going = seen & L::bits(above);
+        let mut origin = group.points.offset_origin(direction);
+        if seen != going {
+            let found;
+            (found, origin) = self.met.smooth_starts(group, seen & !going, origin);
+            going |= found;
+        }
         let nodes = group.samples.onward(RayNode::scattered);
         if self.depth >= MIN_ROULETTE_DEPTH {
             let doubtful = worth.lt(L::splat(1.0));
@@ -122,9 +140,39 @@ impl LambertKernel<'_> {
         let cone = RayConeLanes { spread: group.states.cone.spread + wider, ..group.states.cone };
         let scatterings = group.states.scatterings + L::splat(1.0);
         let states = PathStateLanes { throughput, pdf, cone, scatterings, ..group.states }.at(&nodes);
-        self.next.compress_store(going, group.points.offset_origin(direction), direction, &states);
+        self.next.compress_store(going, origin, direction, &states);
     }
 }
 
 /// Rays that every path may have before chance decides about it.
 pub const MIN_ROULETTE_DEPTH: u32 = 3;
+
+/// Directions and lengths of shadow rays, those of some lanes from other starts than the points that light was sampled for.
+#[inline(always)]
+fn from_start<L: Wide>(
+    bits: u32,
+    point: V3<L>,
+    (origin, target): (V3<L>, V3<L>),
+    direction: V3<L>,
+    distance: L,
+) -> (V3<L>, L) {
+    let ends = [point.store(), origin.store(), target.store()];
+    let (mut directions, mut distances) = (direction.store(), distance.store());
+    each_from_start(bits, &ends, &mut directions, &mut distances);
+    (V3::load(&directions), L::load(&distances))
+}
+
+#[cold]
+fn each_from_start(
+    bits: u32,
+    [point, origin, target]: &[[[f32; LANES]; 3]; 3],
+    directions: &mut [[f32; LANES]; 3],
+    distances: &mut [f32; LANES],
+) {
+    for i in lanes(bits) {
+        let along = Ray { origin: lane(origin, i), direction: lane(directions, i), t_max: distances[i] };
+        let ray = shadow_ray_from(along.origin, lane(point, i), lane(target, i), along);
+        set_lane(directions, i, ray.direction);
+        distances[i] = ray.t_max;
+    }
+}

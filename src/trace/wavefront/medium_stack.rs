@@ -74,7 +74,7 @@ impl Crossing {
     #[inline]
     pub fn new(materials: &[ShadingParams], stack: MediumStack, tag: Tag, front: bool) -> Crossing {
         let material = &materials[tag.material as usize];
-        if material.transmission <= 0.0 || !tag.closed {
+        if !material.bounds_body() || !tag.closed {
             return Crossing { before: stack, behind: stack, ior: material.ior, is_void: false };
         }
         // A ray that leaves a body which it has not entered has started in it.
@@ -124,7 +124,7 @@ mod tests {
     use crate::components::{Material, Model};
 
     fn glass(ior: f64, priority: u32) -> ShadingParams {
-        ShadingParams::from(&Material { model: Model::Dielectric, ior, priority, ..Material::default() })
+        ShadingParams::from(&Material { model: Model::Dielectric, ior: Some(ior), priority, ..Material::default() })
     }
 
     fn body(material: u32) -> Tag {

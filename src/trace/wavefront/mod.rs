@@ -12,6 +12,7 @@
 //! | `interaction`, `batch` | hits to be shaded: one, and eight side by side |
 //! | `lambert`, `blinn_phong` | shading in lanes: paths, and Whitted and distribution pictures |
 //! | `shadow_ray_queue`, `shadow_rays` | shadow rays, and what gets through |
+//! | `holes` | surfaces that are not there everywhere, and the rays that go on behind them |
 //! | `feature` | what a camera ray meets first, for the film's layers |
 
 mod batch;
@@ -21,6 +22,7 @@ mod camera_rays;
 mod classify;
 mod context;
 mod feature;
+mod holes;
 mod interaction;
 mod lambert;
 mod medium_stack;
@@ -37,7 +39,8 @@ pub use camera_rays::CameraRayKernel;
 pub use classify::ClassifyKernel;
 pub use context::{LightSampling, Noise, RenderContext, Settings};
 pub use feature::{first_hit_feature, scattered_albedo};
-pub use interaction::SurfaceInteraction;
+pub use holes::{any_has_holes, pass_surfaces};
+pub use interaction::{SurfaceInteraction, shadow_ray_from};
 pub use lambert::{LambertKernel, MIN_ROULETTE_DEPTH};
 pub use medium_stack::{Crossing, MediumStack};
 pub use path_state::{EmissionFilter, PathState};

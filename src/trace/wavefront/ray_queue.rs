@@ -88,7 +88,7 @@ mod tests {
     }
 
     fn in_glass(material: u32) -> MediumStack {
-        let glass = Material { model: Model::Dielectric, ior: 1.5, ..Material::default() };
+        let glass = Material { model: Model::Dielectric, ior: Some(1.5), ..Material::default() };
         let materials = vec![ShadingParams::from(&glass); material as usize + 1];
         let tag = Tag { material, closed: true, ..Tag::default() };
         Crossing::new(&materials, MediumStack::AIR, tag, true).behind

@@ -59,7 +59,7 @@ impl ShadowRayQueue {
     #[inline]
     pub fn push(&mut self, context: RenderContext, ray: Ray, target: Vec3, slot: u32, contribution: Vec3) {
         self.rays.push(ray);
-        if context.settings.transparent_shadows {
+        if context.dims_shadow_rays() {
             self.targets.push(ShadowTarget { point: target });
         }
         self.shadow_rays.push(ShadowRay { slot, contribution });
@@ -77,7 +77,7 @@ impl ShadowRayQueue {
     ) {
         let ShadowRayBatch { origin, direction, distance, target, contribution } = *asked;
         self.rays.compress_store(which, &RayLanes { origin, direction, t_max: distance });
-        if context.settings.transparent_shadows {
+        if context.dims_shadow_rays() {
             self.targets.compress_store(which, &ShadowTargetLanes { point: target });
         }
         let mut slots = *samples;

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::context::RenderContext;
+use super::holes::missing;
 use super::shadow_ray_queue::{ShadowRay, ShadowRayQueue, slot_sample};
 use super::worker::Worker;
 use crate::trace::soa::Ray;
@@ -37,6 +38,10 @@ pub fn trace_shadow_rays(
             if !blocked {
                 let ShadowRay { slot, contribution } = shadows.get(i);
                 colors[slot as usize] += contribution;
+            } else if context.holes {
+                let ShadowRay { slot, contribution } = shadows.get(i);
+                let share = visibility(context, rays.get(i), shadows.target(i), slot_sample(slot), worker);
+                colors[slot as usize] += contribution * share;
             }
         }
     }
@@ -44,12 +49,19 @@ pub fn trace_shadow_rays(
     shadows.clear();
 }
 
-/// Share of light that gets along the ray to `target`, dimmed by each transparent surface on its way.
+/// Share of light that gets along the ray to `target`, dimmed by each transparent surface on its way, and by each that
+/// is not wholly there.
 fn visibility(context: RenderContext, mut ray: Ray, target: Vec3, sample: u32, worker: &mut Worker) -> f32 {
     let mut share = 1.0;
     while let Some(hit) = context.accelerator.closest(context.geometry, &ray, &mut worker.traversal) {
         let surface = context.geometry.surface_point(&ray, &hit);
-        share *= context.materials[surface.material as usize].transmission;
+        let through = if context.settings.transparent_shadows {
+            context.materials[surface.material as usize].transmission
+        } else {
+            0.0
+        };
+        let missing = missing(context, &ray, &hit, &surface);
+        share *= missing + (1.0 - missing) * through;
         let origin = surface.offset_origin(ray.direction);
         let rest = (target - origin).dot(ray.direction);
         // A ray that does not get ahead has reached the light, as far as `f32` can tell.

@@ -7,11 +7,12 @@ mod faces;
 pub mod mtl;
 mod sets;
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use super::cursor::{Cursor, Number};
 use super::source::{Notes, SourceFile, decode};
 use crate::base::diagnostics::Diagnostic;
+use crate::base::math;
 use crate::components::{MeshData, Text};
 use faces::Corners;
 use sets::{Active, Sets};
@@ -86,7 +87,9 @@ struct ObjReader<'a> {
     source: SourceFile<'a>,
     cursor: Cursor<'a>,
     pass: Pass,
+    /// Relative to `origin`, which is near the first of them.
     positions: Vec<Vec3>,
+    origin: DVec3,
     /// As long as `positions` once one of them has a colour; as they are written.
     colors: Vec<Vec4>,
     uvs: Vec<Vec2>,
@@ -135,6 +138,7 @@ impl<'a> ObjReader<'a> {
             cursor: Cursor::new(source.bytes),
             pass,
             positions: Vec::new(),
+            origin: DVec3::ZERO,
             colors: Vec::new(),
             uvs: Vec::new(),
             normals: Vec::new(),
@@ -311,7 +315,11 @@ impl<'a> ObjReader<'a> {
     /// `v x y z`, with a weight, or with a colour and perhaps an alpha.
     fn position(&mut self, start: usize, notes: &mut Notes) -> Result<(), Interruption> {
         let (n, count) = self.numbers::<7>(start, 3)?;
-        self.positions.push(Vec3::new(n[0] as f32, n[1] as f32, n[2] as f32));
+        let position = DVec3::new(n[0], n[1], n[2]);
+        if self.positions.is_empty() {
+            self.origin = math::lattice_origin(position);
+        }
+        self.positions.push((position - self.origin).as_vec3());
         if count < 5 {
             if !self.colors.is_empty() {
                 self.colors.push(Vec4::ONE);
@@ -380,7 +388,7 @@ impl<'a> ObjReader<'a> {
         }
         let (vertices, normals, uvs, colors) = self.vertices(decoded, notes)?;
         let mut data = MeshData::new(vertices, self.triangles, normals).with_uvs(uvs);
-        (data.colors, data.smoothing) = (colors, self.smoothing);
+        (data.colors, data.smoothing, data.origin) = (colors, self.smoothing, self.origin);
         (data.materials, data.groups) = (materials.finish(now), groups.finish(now));
         Ok(Obj { data, libraries: self.libraries })
     }

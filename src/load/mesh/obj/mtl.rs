@@ -2,7 +2,7 @@
 //!
 //! The classic fields are a Blinn-Phong material: `Kd`, `Ks` and `Ns` are its colour, highlight and exponent, `illum` says
 //! whether it mirrors, `d` or `Tr` how much goes through it, `Ni` its index of refraction, `Ke` what it sends out. `Ka` is
-//! a share of an ambient light, which no scene here has.
+//! a share of an ambient light, which no scene here has: only one that somebody has chosen is told of.
 
 use glam::DVec3;
 
@@ -38,6 +38,9 @@ pub enum Slot {
     Color,
     Specular,
     Roughness,
+    /// Linear, as `d`: how much of the surface is there.
+    Opacity,
+    Emission,
     /// A height, or a normal map under the name of one.
     Bump,
     Normal,
@@ -50,6 +53,10 @@ struct Fields {
     specular: Option<DVec3>,
     emission: Option<DVec3>,
     filter: Option<DVec3>,
+    ambient: Option<DVec3>,
+    /// Where `Tf` and `Ka` stand.
+    filter_span: [usize; 2],
+    ambient_span: [usize; 2],
     exponent: Option<f64>,
     dissolve: Option<f64>,
     transparency: Option<f64>,
@@ -84,7 +91,7 @@ pub fn parse(source: SourceFile, notes: &mut Notes) -> Vec<Definition> {
         }
         reader.cursor.skip_line();
     }
-    reader.close();
+    reader.close(notes);
     reader.found
 }
 
@@ -94,7 +101,7 @@ impl MtlReader<'_> {
         let word = decode(self.cursor.word());
         let key = word.to_ascii_lowercase();
         if key == "newmtl" {
-            self.close();
+            self.close(notes);
             let [start, end] = self.cursor.rest();
             let name = decode(&self.source.bytes[start..end]);
             self.open = self.found.len() < limits::MATERIALS;
@@ -141,7 +148,14 @@ impl MtlReader<'_> {
             "kd" => Some(&mut fields.diffuse),
             "ks" => Some(&mut fields.specular),
             "ke" => Some(&mut fields.emission),
-            "tf" => Some(&mut fields.filter),
+            "tf" => {
+                fields.filter_span = [start, self.cursor.at];
+                Some(&mut fields.filter)
+            }
+            "ka" => {
+                fields.ambient_span = [start, self.cursor.at];
+                Some(&mut fields.ambient)
+            }
             _ => None,
         };
         if let Some(slot) = color {
@@ -152,10 +166,11 @@ impl MtlReader<'_> {
             return;
         }
         match key.as_str() {
-            "ka" => {}
             "map_kd" => self.map(Slot::Color, start, notes),
             "map_ks" => self.map(Slot::Specular, start, notes),
             "map_pr" => self.map(Slot::Roughness, start, notes),
+            "map_d" => self.map(Slot::Opacity, start, notes),
+            "map_ke" => self.map(Slot::Emission, start, notes),
             "bump" | "map_bump" => self.map(Slot::Bump, start, notes),
             "norm" | "map_kn" | "map_norm" => self.map(Slot::Normal, start, notes),
             _ => self.unused(&word, &key, start, notes),
@@ -239,6 +254,15 @@ impl MtlReader<'_> {
                 }
             }
             "-blendu" | "-blendv" | "-texres" => drop(self.word_after()),
+            "-imfchan" if matches!(slot, Slot::Opacity | Slot::Roughness) => {
+                texture.channel = match self.word_after().as_str() {
+                    "r" => Channel::Red,
+                    "g" => Channel::Green,
+                    "b" => Channel::Blue,
+                    "m" => Channel::Alpha,
+                    _ => Channel::Color,
+                };
+            }
             "-t" | "-boost" => {
                 self.vector(0.0);
                 self.unused_option(option, start, notes);
@@ -282,13 +306,43 @@ impl MtlReader<'_> {
     }
 
     /// Ends the material at hand.
-    fn close(&mut self) {
+    fn close(&mut self, notes: &mut Notes) {
         let fields = std::mem::take(&mut self.fields);
+        self.tell_unused(&fields, notes);
         if let Some(definition) = self.found.last_mut().filter(|_| self.open) {
-            let textured = definition.maps.iter().any(|map| map.slot == Slot::Color);
-            definition.material = fields.material(textured);
+            let colors = definition.maps.iter().find(|map| map.slot == Slot::Color).map(|map| map.file.clone());
+            definition.material = fields.material(colors.is_some());
+            for map in definition.maps.iter_mut().filter(|map| map.slot == Slot::Opacity) {
+                // The picture of the colours a second time: what counts is how opaque it is.
+                if colors.as_ref() == Some(&map.file) && map.texture.channel == Channel::Color {
+                    map.texture.channel = Channel::Alpha;
+                }
+            }
+            let glows = definition.maps.iter().any(|map| map.slot == Slot::Emission);
+            if glows && definition.material.emission == DVec3::ZERO {
+                definition.material.emission = DVec3::ONE;
+            }
         }
         self.open = false;
+    }
+
+    /// What of a material has a sense that no picture shows.
+    fn tell_unused(&self, fields: &Fields, notes: &mut Notes) {
+        let mut tell = |kind: &str, [start, end]: [usize; 2], message: &str| {
+            notes.add(kind, || self.source.error(start, end, message.to_string()).into_warning());
+        };
+        // Programs write black or white, or the colour once more, where nobody has chosen one.
+        let is_chosen =
+            |ambient: DVec3| ![DVec3::ZERO, DVec3::ONE].contains(&ambient) && Some(ambient) != fields.diffuse;
+        if fields.ambient.is_some_and(is_chosen) {
+            tell("ka", fields.ambient_span, "`Ka` is not used: no scene has an ambient light");
+        }
+        let Some(filter) = fields.filter else { return };
+        if filter.max_element() != filter.min_element() {
+            tell("tf", fields.filter_span, "the colour of `Tf` is not used, only how bright it is");
+        } else if filter != DVec3::ONE && !fields.is_filtered() {
+            tell("tf", fields.filter_span, "`Tf` is not used: only what refracts light and has no `d` is filtered");
+        }
     }
 }
 
@@ -305,9 +359,24 @@ fn color_of(cursor: &mut Cursor) -> Option<DVec3> {
 }
 
 impl Fields {
+    /// How much of the surface is there, 0 to 1.
+    fn dissolved(&self) -> f64 {
+        self.dissolve.or(self.transparency.map(|t| 1.0 - t)).unwrap_or(1.0).clamp(0.0, 1.0)
+    }
+
+    fn refracts(&self) -> bool {
+        self.illumination.is_some_and(|illumination| [4.0, 6.0, 7.0, 9.0].contains(&illumination))
+    }
+
+    /// Whether `Tf` says what goes through.
+    fn is_filtered(&self) -> bool {
+        let is_physical = self.roughness.is_some() || self.metallic.is_some();
+        self.refracts() && self.dissolved() == 1.0 && !is_physical
+    }
+
     /// The material that the fields describe; `textured` says whether its colour has a map.
     fn material(self, textured: bool) -> Material {
-        let dissolve = self.dissolve.or(self.transparency.map(|t| 1.0 - t)).unwrap_or(1.0).clamp(0.0, 1.0);
+        let dissolve = self.dissolved();
         let illumination = self.illumination.unwrap_or(2.0);
         let diffuse = self.diffuse.unwrap_or(DVec3::splat(0.8));
         // Black under a picture shows nothing: programs write it where only the picture counts.
@@ -318,9 +387,9 @@ impl Fields {
             return self.physical(color, dissolve, emission);
         }
         let specular = self.specular.filter(|_| illumination != 0.0 && illumination != 1.0).unwrap_or(DVec3::ZERO);
-        let refracts = [4.0, 6.0, 7.0, 9.0].contains(&illumination);
+        let refracts = self.refracts();
         let through = match self.filter {
-            Some(filter) if refracts && dissolve == 1.0 => filter.max_element().min(1.0),
+            Some(filter) if self.is_filtered() => filter.max_element().min(1.0),
             _ => 1.0 - dissolve,
         };
         Material {
@@ -331,87 +400,27 @@ impl Fields {
             shininess: self.exponent.unwrap_or(20.0).clamp(0.0, 1e6),
             reflection: (specular != DVec3::ZERO && illumination < 3.0).then_some(0.0),
             transmission: through,
-            ior: if refracts { ior } else { 1.0 },
+            ior: refracts.then_some(ior),
             emission,
             ..Material::default()
         }
     }
 
     /// The fields of the physically based extension: `Pr` roughness, `Pm` metallic.
-    fn physical(&self, color: DVec3, _dissolve: f64, emission: DVec3) -> Material {
+    fn physical(&self, color: DVec3, dissolve: f64, emission: DVec3) -> Material {
         let metallic = self.metallic.unwrap_or(0.0).clamp(0.0, 1.0);
         let roughness = self.roughness.unwrap_or(0.5).clamp(0.0, 1.0);
         let ior = self.ior.filter(|ior| (1.001..=100.0).contains(ior)).unwrap_or(1.5);
-        let model = if metallic > 0.5 { Model::Conductor } else { Model::Plastic };
-        Material { model, color: color.min(DVec3::ONE), roughness, ior, emission, ..Material::default() }
+        let model = match metallic {
+            0.0 => Model::Plastic,
+            1.0 => Model::Conductor,
+            _ => Model::Principled,
+        };
+        let color = color.min(DVec3::ONE);
+        let opacity = dissolve;
+        Material { model, color, metallic, roughness, ior: Some(ior), opacity, emission, ..Material::default() }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn read(text: &str) -> (Vec<Definition>, Vec<String>) {
-        let mut notes = Notes::default();
-        let found = parse(SourceFile { file: "a.mtl", bytes: text.as_bytes() }, &mut notes);
-        (found, notes.into_warnings().iter().map(ToString::to_string).collect())
-    }
-
-    fn one(text: &str) -> Material {
-        let (mut found, warnings) = read(&format!("newmtl m\n{text}"));
-        assert!(warnings.is_empty(), "{warnings:?}");
-        let material = found.remove(0).material;
-        material.check().unwrap();
-        material
-    }
-
-    #[test]
-    fn classic_fields_are_a_blinn_phong_material() {
-        let m = one("Ka 1 1 1\nKd 0.5 0.25 0.1\nKs 0.5 0.5 0.4\nNs 96\nNi 1.45\nd 1\nillum 2\nKe 0 0 2");
-        assert_eq!((m.color, m.diffuse, m.shininess), (DVec3::new(0.5, 0.25, 0.1), 1.0, 96.0));
-        assert_eq!((m.specular_color, m.specular, m.reflection), (DVec3::new(0.5, 0.5, 0.4), 1.0, Some(0.0)));
-        assert_eq!((m.transmission, m.emission), (0.0, DVec3::Z * 2.0));
-        assert_eq!(one("Ks 1 1 1\nillum 3").reflection, None);
-        assert_eq!(one("Ks 1 1 1\nillum 1").specular, 0.0);
-        assert_eq!(one("Kd 0.4").color, DVec3::splat(0.4));
-    }
-
-    #[test]
-    fn what_is_dissolved_lets_light_through() {
-        let veil = one("d 0.25");
-        assert_eq!((veil.transmission, veil.diffuse, veil.ior), (0.75, 0.25, 1.0));
-        assert_eq!(one("Tr 0.75"), one("d 0.25"));
-        assert_eq!(one("d 0.25\nTr 0.1"), one("d 0.25"));
-        let glass = one("illum 7\nNi 1.5\nd 0.1");
-        assert_eq!((glass.transmission, glass.ior), (0.9, 1.5));
-        let filtered = one("illum 7\nNi 1.5\nd 1\nTf 1 1 1");
-        assert_eq!((filtered.transmission, filtered.diffuse), (1.0, 0.0));
-    }
-
-    #[test]
-    fn maps_have_options_and_names_with_blanks() {
-        let text = "newmtl m\nKd 0 0 0\nmap_Kd -s 2 3 1 -o 0.5 0 -clamp on -mm 0 0.5 wood floor.png # c\n\
-                    map_Bump -bm 0.5 b.png\nnorm -bm 2 n.png\n";
-        let (found, warnings) = read(text);
-        assert!(warnings.is_empty(), "{warnings:?}");
-        let [color, bump, normal] = &found[0].maps[..] else { panic!() };
-        assert_eq!((color.slot, color.file.as_str()), (Slot::Color, "wood floor.png"));
-        assert_eq!(color.texture.scale, Axes(DVec3::new(2.0, 3.0, 1.0)));
-        assert_eq!((color.texture.offset.0.x, color.texture.wrap), (0.5, Wrap::Clamp));
-        assert_eq!(color.texture.tint, DVec3::splat(0.5));
-        assert_eq!((bump.texture.depth, normal.texture.depth), (Some(0.01), Some(2.0)));
-        assert_eq!(found[0].material.color, DVec3::ONE);
-    }
-
-    #[test]
-    fn what_is_not_used_is_said_once_with_its_place() {
-        let (_, warnings) =
-            read("Kd 1 1 1\nnewmtl a\nmap_disp d.png\nPs 0\nsheen 3\nKs red\nnewmtl b\nmap_disp e.png\n");
-        let said = ["a.mtl:1:1: warning: `Kd` before any", "a.mtl:3:1: warning: `map_disp` is not used (2 times"];
-        let more = ["a.mtl:5:1: warning: `sheen` is no statement", "a.mtl:6:1: warning: `Ks red` makes no sense"];
-        assert_eq!(warnings.len(), 4, "{warnings:?}");
-        for (warning, said) in warnings.iter().zip(said.iter().chain(&more)) {
-            assert!(warning.starts_with(said), "{warning}");
-        }
-    }
-}
+mod tests;

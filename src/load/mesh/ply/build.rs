@@ -216,6 +216,7 @@ impl<'a> Splitter<'a> {
         let vertex = || corners.iter().map(|(vertex, ..)| *vertex as usize);
         let normals = vertex().filter_map(|v| data.normals.get(v).copied()).collect();
         let mut split = MeshData::new(vertex().map(|v| data.vertices[v]).collect(), Vec::new(), normals);
+        split.origin = data.origin;
         split.uvs = match has_uvs {
             true => corners.iter().map(|(_, uv, _)| *uv).collect(),
             false => vertex().filter_map(|v| data.uvs.get(v).copied()).collect(),

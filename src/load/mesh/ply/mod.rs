@@ -3,12 +3,12 @@
 mod build;
 mod header;
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use super::cursor::decimal;
 use super::source::{Notes, SourceFile};
 use crate::base::diagnostics::Diagnostic;
-use crate::base::limits;
+use crate::base::{limits, math};
 use crate::components::MeshData;
 use build::Faces;
 use header::{Element, PlyEncoding, PlyHeader, Scalar};
@@ -63,7 +63,7 @@ struct Body<'a> {
 /// A row of an element.
 #[derive(Clone, Debug, Default)]
 struct Row {
-    position: Vec3,
+    position: DVec3,
     normal: Vec3,
     uv: Vec2,
     /// As it is written, in shares of a full one.
@@ -146,7 +146,10 @@ impl Body<'_> {
         data.vertices.reserve(room);
         for number in 0..element.count {
             self.row(element, &meanings, number, &mut row)?;
-            data.vertices.push(row.position);
+            if number == 0 {
+                data.origin = math::lattice_origin(row.position);
+            }
+            data.vertices.push((row.position - data.origin).as_vec3());
             if normals {
                 let is_direction = row.normal.is_finite() && row.normal.abs().max_element() < 1e9;
                 data.normals.push(if is_direction { row.normal } else { Vec3::ZERO });
@@ -211,7 +214,7 @@ impl Body<'_> {
             let Some(length) = property.length else {
                 let x = self.scalar(property.scalar)?.ok_or_else(|| early(self))?;
                 match *meaning {
-                    Meaning::Position(axis) => row.position[axis] = x as f32,
+                    Meaning::Position(axis) => row.position[axis] = x,
                     Meaning::Normal(axis) => row.normal[axis] = x as f32,
                     Meaning::Uv(axis) => row.uv[axis] = x as f32,
                     Meaning::Color(channel) => row.color[channel] = (x / property.scalar.full()) as f32,

@@ -17,6 +17,7 @@ mod packet;
 mod prim_ref;
 mod refit;
 mod split;
+mod stream;
 mod traverse;
 mod tree;
 mod two_level;

@@ -77,7 +77,7 @@ pub fn descend<L: Wide, const ANY: bool>(
                 let mut bests = group.bests();
                 for lane in lanes(some) {
                     let (Some(probe), best) = (packet.probe(g * LANES + lane), &mut bests[lane]) else { continue };
-                    cost += others::<L, ANY>(bvh, packet.geometry, list, &probe, best, &mut stack[held..]);
+                    cost += others::<ANY>(bvh, packet.geometry, list, &probe, best, &mut stack[held..]);
                     if ANY && best.found {
                         best.t = f32::NEG_INFINITY;
                     }

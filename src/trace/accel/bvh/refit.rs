@@ -69,13 +69,6 @@ fn half_area(bounds: Bounds) -> f32 {
 }
 
 impl WideNode {
-    fn set(&mut self, slot: usize, bounds: Bounds) {
-        for axis in 0..3 {
-            self.bounds[axis][0][slot] = bounds.min[axis];
-            self.bounds[axis][1][slot] = bounds.max[axis];
-        }
-    }
-
     pub fn bounds_at(&self, slot: usize) -> Bounds {
         let side = |side: usize| std::array::from_fn(|axis| self.bounds[axis][side][slot]);
         Bounds { min: Vec3::from_array(side(0)), max: Vec3::from_array(side(1)) }

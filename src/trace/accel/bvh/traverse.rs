@@ -1,9 +1,10 @@
 //! The tree as packets and single rays walk through it.
 
 use super::two_level::Bvh;
-use super::{packet, walk};
+use super::{packet, stream, walk};
 use crate::trace::accel::TraversalScratch;
-use crate::trace::accel::packet::{GROUPS, RayGroup, RayPacket, Traversal};
+use crate::trace::accel::packet::{GROUPS, HitSink, RayBatch, RayGroup, RayPacket, Traversal};
+use crate::trace::accel::stream::LooseRays;
 use crate::trace::primitive::{ClosestHit, Geometry, PreparedRay};
 use crate::trace::simd::{Wide, Width};
 
@@ -16,6 +17,7 @@ impl Traversal for Bvh {
         if scratch.stack.len() < self.stack {
             scratch.stack.resize(self.stack, 0);
         }
+        scratch.streams.make_room(self.stack);
     }
 
     #[inline(always)]
@@ -37,6 +39,17 @@ impl Traversal for Bvh {
         scratch: &mut TraversalScratch,
     ) -> bool {
         packet::descend::<L, ANY>(self, packet, groups, scratch)
+    }
+
+    #[inline(always)]
+    fn loose<L: Wide, F: HitSink + ?Sized, const ANY: bool>(
+        &self,
+        batch: RayBatch,
+        loose: &LooseRays,
+        scratch: &mut TraversalScratch,
+        found: &mut F,
+    ) {
+        stream::each_stream::<L, F, ANY>(self, batch, loose, scratch, found);
     }
 }
 
@@ -80,9 +93,7 @@ mod tests {
         let tree = Bvh::build(&geometry, Width::detect(), f64::INFINITY, None);
         let mut worker = TraversalScratch::default();
         let ray = Ray::new(Vec3::new(6.3, 0.3, 5.0), Vec3::NEG_Z);
-        let mut best = ClosestHit::within(f32::INFINITY);
-        alone::<_, false>(&tree, &geometry, &PreparedRay::from(&ray), &mut best, &mut worker);
-        assert!(best.found);
+        assert!(alone::<_, false>(&tree, &geometry, &ray, &mut worker).1.found);
         // The node above the eight, and the one triangle of the fourth.
         assert_eq!((worker.counters.steps, worker.counters.intersection_tests), (1, 1));
     }

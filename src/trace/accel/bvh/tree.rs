@@ -1,5 +1,7 @@
 //! Nodes of eight children, and a tree of them with its leaves.
 
+use rayon::prelude::*;
+
 use super::prim_ref::Extent;
 use crate::trace::accel::leaves::{Leaves, NodeRef};
 use crate::trace::primitive::Bounds;
@@ -9,9 +11,13 @@ use crate::trace::simd::LANES;
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct WideNode {
-    /// By axis, side (least, greatest) and child.
+    /// By axis, side (least, greatest) and child; each box with a margin by its own greatest coordinate (see
+    /// [`Bounds::padded`]), so that what small things need does not depend on how far the whole tree reaches.
     pub(super) bounds: [[[f32; LANES]; 2]; 3],
     pub(super) children: [NodeRef; LANES],
+    /// Children from the farthest to the nearest, three bits each, for rays of every octant: see
+    /// [`Tree::order_children`].
+    pub(super) far_to_near: [u32; LANES],
 }
 
 /// One tree and its leaves.
@@ -60,15 +66,50 @@ impl WideNode {
     pub const EMPTY: WideNode = WideNode {
         bounds: [[[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]]; 3],
         children: [NodeRef::NONE; LANES],
+        far_to_near: [0; LANES],
     };
 
     #[inline]
     pub fn put(&mut self, slot: usize, around: Extent, child: NodeRef) {
-        for axis in 0..3 {
-            self.bounds[axis][0][slot] = around.low[axis];
-            self.bounds[axis][1][slot] = around.high[axis];
-        }
+        self.set(slot, Bounds { min: around.low.truncate(), max: around.high.truncate() });
         self.children[slot] = child;
+    }
+
+    /// Places the box of a child, with its margin.
+    #[inline]
+    pub fn set(&mut self, slot: usize, bounds: Bounds) {
+        let Bounds { min, max } = bounds.padded();
+        for axis in 0..3 {
+            self.bounds[axis][0][slot] = min[axis];
+            self.bounds[axis][1][slot] = max[axis];
+        }
+    }
+
+    /// By where the middles of the boxes lie along the middle of each octant.
+    fn order_children(&mut self) {
+        // Octants that face each other see the same order from either end.
+        for octant in 0..LANES / 2 {
+            let mut keys = [0.0; LANES];
+            for (axis, [low, high]) in self.bounds.iter().enumerate() {
+                let sign = if octant >> axis & 1 == 1 { -1.0 } else { 1.0 };
+                for (key, (low, high)) in keys.iter_mut().zip(low.iter().zip(high)) {
+                    *key += sign * (low + high);
+                }
+            }
+            let mut order: [usize; LANES] = std::array::from_fn(|i| i);
+            for end in 1..LANES {
+                let mut at = end;
+                // Middles of missing children are no numbers, and wherever they stand is well.
+                while at > 0 && keys[order[at - 1]] < keys[order[at]] {
+                    order.swap(at - 1, at);
+                    at -= 1;
+                }
+            }
+            for (k, slot) in order.into_iter().enumerate() {
+                self.far_to_near[octant] |= (slot as u32) << (3 * k);
+                self.far_to_near[LANES - 1 - octant] |= (slot as u32) << (3 * (LANES - 1 - k));
+            }
+        }
     }
 }
 
@@ -86,6 +127,15 @@ impl Tree {
         };
         tree.set_bounds(bounds);
         tree
+    }
+
+    /// Notes for every node in which order rays of each octant are to visit its children: octant i is that of
+    /// directions which run down the axes that have a bit in i.
+    pub(super) fn order_children(&mut self) {
+        self.nodes.par_iter_mut().with_min_len(1024).for_each(|node| {
+            node.far_to_near = [0; LANES];
+            node.order_children();
+        });
     }
 
     pub fn set_bounds(&mut self, bounds: Bounds) {
@@ -117,4 +167,39 @@ impl Tree {
 /// A child whose index counted from what is behind so many nodes and blocks of each kind.
 pub fn renumbered(child: NodeRef, before: &[usize; 6]) -> NodeRef {
     if child == NodeRef::NONE { child } else { child.moved(before[child.held() as usize]) }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    #[test]
+    fn every_octant_visits_all_children_and_its_own_corner_first() {
+        let mut node = WideNode::EMPTY;
+        for slot in 0..LANES {
+            // One child in each octant, and the last one missing.
+            let corner = |axis: usize| if slot >> axis & 1 == 1 { -2.0 - axis as f32 } else { 2.0 + axis as f32 };
+            let at = Vec3::new(corner(0), corner(1), corner(2));
+            if slot < LANES - 1 {
+                node.set(slot, Bounds { min: at - 0.5, max: at + 0.5 });
+            }
+        }
+        let mut tree = Tree::empty(Bounds::default());
+        tree.nodes.push(node);
+        tree.order_children();
+        for octant in 0..LANES {
+            let order: Vec<u32> = (0..LANES).map(|k| tree.nodes[0].far_to_near[octant] >> (3 * k) & 7).collect();
+            let mut all = order.clone();
+            all.sort();
+            assert_eq!(all, (0..8).collect::<Vec<u32>>());
+            // Rays that run down the axes of an octant come from the opposite one.
+            let (near, far) = (LANES - 1 - octant, octant);
+            let place = |slot: usize| order.iter().position(|one| *one as usize == slot);
+            if near != LANES - 1 && far != LANES - 1 {
+                assert!(place(near) > place(far), "{octant}: {order:?}");
+            }
+        }
+    }
 }

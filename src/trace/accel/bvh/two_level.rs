@@ -7,7 +7,11 @@ use super::{build, fast};
 use crate::components::MeshData;
 use crate::trace::accel::leaves::BuildInput;
 use crate::trace::primitive::{Geometry, MeshPrototype, PrimitiveKind, PrimitiveLayout};
-use crate::trace::simd::Width;
+use crate::trace::simd::{LANES, Width};
+
+/// Trees of more bytes are larger than the caches that are near: what streams will visit is asked for in advance there,
+/// and only there (1.1 times the rate on 874 k triangles, 0.95 to 0.98 on 69 k).
+const LARGE: usize = 16 << 20;
 
 /// The world's tree, and those of its models.
 pub struct Bvh {
@@ -19,6 +23,8 @@ pub struct Bvh {
     pub(super) width: Width,
     /// Entries that the stack of a walk can come to hold.
     pub(super) stack: usize,
+    /// The world's tree is larger than the caches that are near.
+    pub(super) is_large: bool,
     /// The world's tree is an older one, with its boxes fitted to what moved.
     pub is_fitted: bool,
 }
@@ -46,9 +52,13 @@ impl Bvh {
         let same = before.filter(|bvh| bvh.layout == layout && !bvh.world.is_outgrown(rays, count));
         let fitted = same.and_then(|bvh| bvh.world.refit(geometry));
         let is_fitted = fitted.is_some();
-        let world = fitted.unwrap_or_else(|| Tree::build(geometry, count, rays));
-        let stack = world.stack + models.iter().map(|(_, tree)| tree.stack).max().unwrap_or(0);
-        Bvh { world, layout, models, width, stack, is_fitted }
+        let mut world = fitted.unwrap_or_else(|| Tree::build(geometry, count, rays));
+        world.order_children();
+        // Each walk puts down eight at once, of which the last may be none.
+        let of_models = models.iter().map(|(_, tree)| tree.stack).max().unwrap_or(0);
+        let stack = world.stack + of_models + 2 * LANES;
+        let is_large = world.bytes() > LARGE;
+        Bvh { world, layout, models, width, stack, is_large, is_fitted }
     }
 
     /// Whether a part of it was built fast, and would not be for so many rays.

@@ -7,7 +7,7 @@ use super::two_level::Bvh;
 use crate::trace::accel::TraversalScratch;
 use crate::trace::accel::leaves::{HitSpace, NodeKind, NodeRef, TraversalCost, block};
 use crate::trace::primitive::{ClosestHit, Geometry, MARGIN, PreparedRay, PrimitiveKind};
-use crate::trace::simd::{LANES, V3, Wide, prefetch};
+use crate::trace::simd::{Kernel, LANES, V3, Wide, prefetch};
 
 /// A walk of the world's tree; the best so far may already be a hit.
 #[inline(always)]
@@ -19,15 +19,78 @@ pub fn scan_rest<L: Wide, const ANY: bool>(
     scratch: &mut TraversalScratch,
 ) {
     let TraversalScratch { counters, stack, .. } = scratch;
-    let cost = scan::<L, ANY>(&bvh.world, probe, HitSpace::WORLD, best, stack, |list, best, stack| {
-        others::<L, ANY>(bvh, geometry, list, probe, best, stack)
-    });
-    cost.count(counters);
+    let lists = WorldLists { bvh, geometry };
+    scan::<L, ANY, _>(&bvh.world, bvh.world.root, probe, HitSpace::WORLD, best, stack, &lists).count(counters);
+}
+
+/// The rest of a walk of the world's tree, from one of its children on.
+///
+/// A kernel of its own: those who call it are entered by the same processor instructions already, and share one copy.
+pub struct SubtreeKernel<'a, const ANY: bool> {
+    pub bvh: &'a Bvh,
+    pub geometry: &'a Geometry,
+    pub from: NodeRef,
+    pub probe: &'a PreparedRay,
+    pub best: &'a mut ClosestHit,
+    pub stack: &'a mut [u64],
+}
+
+impl<const ANY: bool> Kernel for SubtreeKernel<'_, ANY> {
+    type Output = TraversalCost;
+
+    #[inline(always)]
+    fn run<L: Wide>(self) -> TraversalCost {
+        let SubtreeKernel { bvh, geometry, from, probe, best, stack } = self;
+        let lists = WorldLists { bvh, geometry };
+        scan::<L, ANY, _>(&bvh.world, from, probe, HitSpace::WORLD, best, stack, &lists)
+    }
+}
+
+/// Tests lists of primitives of the kinds that have no lanes. A trait and no closure: what closures compute is left
+/// outside of the function that enables AVX2.
+trait ListTester {
+    /// What it is given of the stack is free.
+    fn test<const ANY: bool>(
+        &self,
+        list: &[u32],
+        probe: &PreparedRay,
+        best: &mut ClosestHit,
+        stack: &mut [u64],
+    ) -> TraversalCost;
+}
+
+/// Those of the world.
+struct WorldLists<'a> {
+    bvh: &'a Bvh,
+    geometry: &'a Geometry,
+}
+
+impl ListTester for WorldLists<'_> {
+    #[inline(always)]
+    fn test<const ANY: bool>(
+        &self,
+        list: &[u32],
+        probe: &PreparedRay,
+        best: &mut ClosestHit,
+        stack: &mut [u64],
+    ) -> TraversalCost {
+        others::<ANY>(self.bvh, self.geometry, list, probe, best, stack)
+    }
+}
+
+/// Trees of meshes have none.
+struct NoLists;
+
+impl ListTester for NoLists {
+    #[inline(always)]
+    fn test<const ANY: bool>(&self, _: &[u32], _: &PreparedRay, _: &mut ClosestHit, _: &mut [u64]) -> TraversalCost {
+        TraversalCost::default()
+    }
 }
 
 /// Primitives of the kinds that have no lanes.
 #[inline(always)]
-pub fn others<L: Wide, const ANY: bool>(
+pub fn others<const ANY: bool>(
     bvh: &Bvh,
     geometry: &Geometry,
     list: &[u32],
@@ -36,33 +99,39 @@ pub fn others<L: Wide, const ANY: bool>(
     stack: &mut [u64],
 ) -> TraversalCost {
     let mut cost = TraversalCost::default();
-    for &n in list {
-        if geometry.kind_of(n) == PrimitiveKind::Instance {
-            cost += enter::<L, ANY>(bvh, geometry, n, probe, best, stack);
+    for &number in list {
+        if geometry.kind_of(number) == PrimitiveKind::Instance {
+            cost += bvh.width.run(InstanceKernel::<ANY> { bvh, geometry, number, probe, best, stack });
         } else {
-            geometry.intersect(n, probe, best);
+            geometry.intersect(number, probe, best);
             cost.tests += 1;
         }
     }
     cost
 }
 
-/// Carries the ray into the tree of an instance.
-#[inline(always)]
-fn enter<L: Wide, const ANY: bool>(
-    bvh: &Bvh,
-    geometry: &Geometry,
+/// Carries the ray into the tree of an instance. A kernel of its own, as [`SubtreeKernel`].
+struct InstanceKernel<'a, const ANY: bool> {
+    bvh: &'a Bvh,
+    geometry: &'a Geometry,
     number: u32,
-    probe: &PreparedRay,
-    best: &mut ClosestHit,
-    stack: &mut [u64],
-) -> TraversalCost {
-    let instance = geometry.instance(number);
-    let Some((local, scale, near)) = instance.enter(probe, best.t) else { return TraversalCost::default() };
-    let scope = HitSpace::of_instance(number, geometry.tag(number).sides, scale, near);
-    scan::<L, ANY>(&bvh.models[instance.prototype as usize].1, &local, scope, best, stack, |_, _, _| {
-        TraversalCost::default()
-    })
+    probe: &'a PreparedRay,
+    best: &'a mut ClosestHit,
+    stack: &'a mut [u64],
+}
+
+impl<const ANY: bool> Kernel for InstanceKernel<'_, ANY> {
+    type Output = TraversalCost;
+
+    #[inline(always)]
+    fn run<L: Wide>(self) -> TraversalCost {
+        let InstanceKernel { bvh, geometry, number, probe, best, stack } = self;
+        let instance = geometry.instance(number);
+        let Some((local, scale, near)) = instance.enter(probe, best.t) else { return TraversalCost::default() };
+        let scope = HitSpace::of_instance(number, geometry.tag(number).sides, scale, near);
+        let tree = &bvh.models[instance.prototype as usize].1;
+        scan::<L, ANY, _>(tree, tree.root, &local, scope, best, stack, &NoLists)
+    }
 }
 
 /// A ray as boxes want it.
@@ -77,8 +146,9 @@ struct SlabRay<L> {
 
 impl<L: Wide> SlabRay<L> {
     #[inline(always)]
-    fn new(probe: &PreparedRay, extent: f32) -> Self {
-        let margin = (probe.origin.abs().max_element() + extent) * MARGIN;
+    fn new(probe: &PreparedRay) -> Self {
+        // Boxes have margins of their own.
+        let margin = probe.origin.abs().max_element() * MARGIN;
         let margin = Vec3::splat(margin).copysign(probe.inverse);
         SlabRay {
             inverse: V3::splat(probe.inverse),
@@ -96,15 +166,15 @@ impl<L: Wide> SlabRay<L> {
     #[inline(always)]
     fn intersect(&self, node: &WideNode, limit: L) -> (L, u32) {
         let [x, y, z] = self.first;
-        let b = &node.bounds;
-        let plane =
-            |axis: usize, side: usize, inverse: L, origin: L| L::load(&b[axis][side & 1]).scale_sub(inverse, origin);
-        let near = plane(0, x, self.inverse.x, self.near.x)
-            .max(plane(1, y, self.inverse.y, self.near.y))
-            .max(plane(2, z, self.inverse.z, self.near.z).max(L::splat(0.0)));
-        let far = plane(0, 1 - x, self.inverse.x, self.far.x)
-            .min(plane(1, 1 - y, self.inverse.y, self.far.y))
-            .min(plane(2, 1 - z, self.inverse.z, self.far.z).min(limit));
+        let [bx, by, bz] = &node.bounds;
+        let near_x = L::load(&bx[x & 1]).scale_sub(self.inverse.x, self.near.x);
+        let near_y = L::load(&by[y & 1]).scale_sub(self.inverse.y, self.near.y);
+        let near_z = L::load(&bz[z & 1]).scale_sub(self.inverse.z, self.near.z);
+        let far_x = L::load(&bx[1 - (x & 1)]).scale_sub(self.inverse.x, self.far.x);
+        let far_y = L::load(&by[1 - (y & 1)]).scale_sub(self.inverse.y, self.far.y);
+        let far_z = L::load(&bz[1 - (z & 1)]).scale_sub(self.inverse.z, self.far.z);
+        let near = near_x.max(near_y).max(near_z.max(L::splat(0.0)));
+        let far = far_x.min(far_y).min(far_z.min(limit));
         (near, L::bits(near.le(far)))
     }
 }
@@ -115,25 +185,26 @@ pub fn entry(t: f32, what: u32) -> u64 {
     u64::from(t.to_bits()) << 32 | u64::from(what)
 }
 
-/// `others` tests a list of primitives of other kinds; what it is given of the stack is free.
+/// What hangs below a child.
 #[inline(always)]
-fn scan<L: Wide, const ANY: bool>(
+fn scan<L: Wide, const ANY: bool, T: ListTester>(
     tree: &Tree,
+    from: NodeRef,
     probe: &PreparedRay,
     scope: HitSpace,
     best: &mut ClosestHit,
     stack: &mut [u64],
-    mut others: impl FnMut(&[u32], &mut ClosestHit, &mut [u64]) -> TraversalCost,
+    lists: &T,
 ) -> TraversalCost {
     let mut cost = TraversalCost::default();
-    if tree.root == NodeRef::NONE {
+    if from == NodeRef::NONE {
         return cost;
     }
-    let sight = SlabRay::<L>::new(probe, tree.extent);
+    let sight = SlabRay::<L>::new(probe);
     let per_scale = scope.per_scale();
     let mut limit = best.t * per_scale;
     let mut held = 0;
-    let mut child = tree.root;
+    let mut child = from;
     loop {
         while child.held() == NodeKind::Node {
             let node = &tree.nodes[child.index()];
@@ -148,7 +219,7 @@ fn scan<L: Wide, const ANY: bool>(
         if child != NodeRef::NONE {
             if child.held() == NodeKind::List {
                 let list = &tree.leaves.lists[child.index()][..child.count() as usize];
-                cost += others(list, best, &mut stack[held..]);
+                cost += lists.test::<ANY>(list, probe, best, &mut stack[held..]);
             } else {
                 cost.tests += child.count();
                 block::<L>(&tree.leaves, child, probe, scope, best);
@@ -182,42 +253,33 @@ fn descend<const ANY: bool>(
     stack: &mut [u64],
     held: &mut usize,
 ) -> NodeRef {
-    let mut left = hits;
-    let mut take = || {
+    let first = hits.trailing_zeros() as usize & (LANES - 1);
+    let mut left = hits & (hits - 1);
+    prefetch_child(tree, node.children[first]);
+    if left == 0 {
+        return node.children[first];
+    }
+    let mut nearest = entry(near[first], node.children[first].bits());
+    // Room for all eight, so that the bounds of the stack are looked at once.
+    let Some(room) = stack[*held..].first_chunk_mut::<LANES>() else { unreachable!("stacks have room for a node") };
+    let mut end = 0;
+    while left != 0 {
         let i = left.trailing_zeros() as usize & (LANES - 1);
         left &= left - 1;
-        let child = node.children[i];
-        prefetch_child(tree, child);
-        (left != 0, entry(near[i], child.bits()))
-    };
-    let (more, first) = take();
-    if !more {
-        return NodeRef::of_bits(first as u32);
-    }
-    let (more, second) = take();
-    let (mut nearest, farther) = if first <= second { (first, second) } else { (second, first) };
-    let base = *held;
-    stack[base] = farther;
-    let mut end = base + 1;
-    if more {
-        loop {
-            let (more, next) = take();
-            let mut at = end;
-            let pushed = if next < nearest { std::mem::replace(&mut nearest, next) } else { next };
-            if !ANY {
-                while at > base && stack[at - 1] < pushed {
-                    stack[at] = stack[at - 1];
-                    at -= 1;
-                }
-            }
-            stack[at] = pushed;
-            end += 1;
-            if !more {
-                break;
+        prefetch_child(tree, node.children[i]);
+        let next = entry(near[i], node.children[i].bits());
+        let pushed = if next < nearest { std::mem::replace(&mut nearest, next) } else { next };
+        let mut at = end;
+        if !ANY {
+            while at > 0 && room[(at - 1) & (LANES - 1)] < pushed {
+                room[at & (LANES - 1)] = room[(at - 1) & (LANES - 1)];
+                at -= 1;
             }
         }
+        room[at & (LANES - 1)] = pushed;
+        end += 1;
     }
-    *held = end;
+    *held += end;
     NodeRef::of_bits(nearest as u32)
 }
 

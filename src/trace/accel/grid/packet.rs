@@ -98,7 +98,7 @@ impl<L: Wide> PacketWalk<'_, L> {
                 let mut bests = group.bests();
                 for (lane, best) in bests.iter_mut().enumerate() {
                     let Some(probe) = self.packet.probe(g * LANES + lane) else { break };
-                    let cost = walk::other::<L, ANY>(self.grid, self.packet.geometry, n, &probe, best);
+                    let cost = walk::other::<ANY>(self.grid, self.packet.geometry, n, &probe, best);
                     cost.count(&mut self.scratch.counters);
                     if ANY && best.found {
                         best.t = f32::NEG_INFINITY;

@@ -7,7 +7,7 @@ use super::two_level::Grid;
 use crate::trace::accel::TraversalScratch;
 use crate::trace::accel::leaves::{HitSpace, NodeKind, TraversalCost, block};
 use crate::trace::primitive::{ClosestHit, Geometry, PreparedRay, PrimitiveKind, intersect_box};
-use crate::trace::simd::{V3, Wide};
+use crate::trace::simd::{Kernel, V3, Wide};
 
 /// A walk of the world's grid; the best so far may already be a hit.
 #[inline(always)]
@@ -19,21 +19,69 @@ pub fn world<L: Wide, const ANY: bool>(
     scratch: &mut TraversalScratch,
 ) {
     scratch.next_ray();
-    let cost = nest::<L, ANY>(&grid.world, probe, HitSpace::WORLD, best, |list, best| {
+    let mut lists = WorldCells { grid, geometry, scratch };
+    let cost = nest::<L, ANY, _>(&grid.world, probe, HitSpace::WORLD, best, &mut lists);
+    cost.count(&mut scratch.counters);
+}
+
+/// [`world`] as a kernel of its own: those who call it are entered by the same processor instructions already, and share
+/// one copy.
+pub struct RestKernel<'a, const ANY: bool> {
+    pub grid: &'a Grid,
+    pub geometry: &'a Geometry,
+    pub probe: &'a PreparedRay,
+    pub best: &'a mut ClosestHit,
+    pub scratch: &'a mut TraversalScratch,
+}
+
+impl<const ANY: bool> Kernel for RestKernel<'_, ANY> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Wide>(self) {
+        world::<L, ANY>(self.grid, self.geometry, self.probe, self.best, self.scratch);
+    }
+}
+
+/// Tests lists of primitives of other kinds in cells. A trait and no closure: what closures compute is left outside of
+/// the function that enables AVX2.
+trait CellListTester {
+    fn test<const ANY: bool>(&mut self, list: &[u32], probe: &PreparedRay, best: &mut ClosestHit) -> TraversalCost;
+}
+
+/// Those of the world.
+struct WorldCells<'a> {
+    grid: &'a Grid,
+    geometry: &'a Geometry,
+    scratch: &'a mut TraversalScratch,
+}
+
+impl CellListTester for WorldCells<'_> {
+    #[inline(always)]
+    fn test<const ANY: bool>(&mut self, list: &[u32], probe: &PreparedRay, best: &mut ClosestHit) -> TraversalCost {
         let mut cost = TraversalCost::default();
         for &n in list {
-            if scratch.is_new(n) {
-                cost += other::<L, ANY>(grid, geometry, n, probe, best);
+            if self.scratch.is_new(n) {
+                cost += other::<ANY>(self.grid, self.geometry, n, probe, best);
             }
         }
         cost
-    });
-    cost.count(&mut scratch.counters);
+    }
+}
+
+/// Grids of meshes have none.
+struct NoCells;
+
+impl CellListTester for NoCells {
+    #[inline(always)]
+    fn test<const ANY: bool>(&mut self, _: &[u32], _: &PreparedRay, _: &mut ClosestHit) -> TraversalCost {
+        TraversalCost::default()
+    }
 }
 
 /// A primitive of a kind that has no lanes.
 #[inline(always)]
-pub fn other<L: Wide, const ANY: bool>(
+pub fn other<const ANY: bool>(
     grid: &Grid,
     geometry: &Geometry,
     number: u32,
@@ -44,20 +92,38 @@ pub fn other<L: Wide, const ANY: bool>(
         geometry.intersect(number, probe, best);
         return TraversalCost { steps: 0, tests: 1 };
     }
-    let instance = geometry.instance(number);
-    let Some((local, scale, near)) = instance.enter(probe, best.t) else { return TraversalCost::default() };
-    let scope = HitSpace::of_instance(number, geometry.tag(number).sides, scale, near);
-    nest::<L, ANY>(&grid.models[instance.prototype as usize].1, &local, scope, best, |_, _| TraversalCost::default())
+    grid.width.run(InstanceGridKernel::<ANY> { grid, geometry, number, probe, best })
 }
 
-/// `others` tests a list of primitives of other kinds.
+/// Carries the ray into the grid of an instance. A kernel of its own, as [`RestKernel`].
+struct InstanceGridKernel<'a, const ANY: bool> {
+    grid: &'a Grid,
+    geometry: &'a Geometry,
+    number: u32,
+    probe: &'a PreparedRay,
+    best: &'a mut ClosestHit,
+}
+
+impl<const ANY: bool> Kernel for InstanceGridKernel<'_, ANY> {
+    type Output = TraversalCost;
+
+    #[inline(always)]
+    fn run<L: Wide>(self) -> TraversalCost {
+        let InstanceGridKernel { grid, geometry, number, probe, best } = self;
+        let instance = geometry.instance(number);
+        let Some((local, scale, near)) = instance.enter(probe, best.t) else { return TraversalCost::default() };
+        let scope = HitSpace::of_instance(number, geometry.tag(number).sides, scale, near);
+        nest::<L, ANY, _>(&grid.models[instance.prototype as usize].1, &local, scope, best, &mut NoCells)
+    }
+}
+
 #[inline(always)]
-fn nest<L: Wide, const ANY: bool>(
+fn nest<L: Wide, const ANY: bool, T: CellListTester>(
     nest: &NestedGrid,
     probe: &PreparedRay,
     scope: HitSpace,
     best: &mut ClosestHit,
-    mut others: impl FnMut(&[u32], &mut ClosestHit) -> TraversalCost,
+    lists: &mut T,
 ) -> TraversalCost {
     let mut cost = TraversalCost::default();
     let slack = 2.0 * nest.pad;
@@ -71,7 +137,7 @@ fn nest<L: Wide, const ANY: bool>(
             last = start;
             for child in nest.run(start) {
                 if child.held() == NodeKind::List {
-                    cost += others(&nest.leaves.lists[child.index()][..child.count() as usize], best);
+                    cost += lists.test::<ANY>(&nest.leaves.lists[child.index()][..child.count() as usize], probe, best);
                 } else {
                     cost.tests += child.count();
                     block::<L>(&nest.leaves, child, probe, scope, best);

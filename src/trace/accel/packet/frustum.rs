@@ -138,7 +138,8 @@ impl<L: Wide> PacketFrustum<L> {
             starts = starts.min(z * signs);
             ends = ends.max(z * signs + group.direction[2] * signs * group.t);
         }
-        let margin = (reach.reduce_max() + extent) * MARGIN;
+        let own = reach.reduce_max() * MARGIN;
+        let margin = own + extent * MARGIN;
         let (low, high) = (bounds.min[z] * sign, bounds.max[z] * sign);
         let front = Lanes::max(starts.reduce_min(), Lanes::min(low, high)) - margin;
         let back = Lanes::min(ends.reduce_max(), Lanes::max(low, high)) + margin;
@@ -167,7 +168,7 @@ impl<L: Wide> PacketFrustum<L> {
             y_edges,
             x_lines,
             y_lines,
-            columns: [columns(&groups[0], margin), columns(&groups[1], margin)],
+            columns: [columns(&groups[0], own), columns(&groups[1], own)],
             slack: margin,
         })
     }
@@ -248,7 +249,7 @@ impl<L: Wide> PacketFrustum<L> {
         (front - L::splat(self.range[0]), L::bits(front.le(back)))
     }
 
-    /// Rays of a group that meet the box of one child before their own limits.
+    /// Rays of a group that meet the box of one child, which has a margin of its own, before their own limits.
     #[inline(always)]
     pub fn rays(&self, group: usize, boxes: &NodeBoxes, child: usize, limits: L) -> u32 {
         let child = child & (LANES - 1);

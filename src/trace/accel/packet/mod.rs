@@ -11,4 +11,4 @@ mod run;
 
 pub use frustum::PacketFrustum;
 pub use group::{GROUPS, RayGroup};
-pub use run::{RayPacket, Traversal, alone, each_packet};
+pub use run::{HitSink, RayBatch, RayPacket, Traversal, alone, each_packet};

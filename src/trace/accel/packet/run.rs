@@ -2,6 +2,7 @@
 
 use super::group::{GROUPS, RayGroup};
 use crate::trace::accel::TraversalScratch;
+use crate::trace::accel::stream::{BATCH, LooseRays};
 use crate::trace::primitive::{ClosestHit, Geometry, PreparedRay};
 use crate::trace::simd::{Kernel, LANES, Wide, Width};
 use crate::trace::soa::{Hit, Hits, Ray, Rays};
@@ -30,6 +31,24 @@ pub trait Traversal {
         groups: &mut [RayGroup<L>; GROUPS],
         scratch: &mut TraversalScratch,
     ) -> bool;
+
+    /// As [`Self::one`] for the rays of a batch that share nothing.
+    fn loose<L: Wide, F: HitSink + ?Sized, const ANY: bool>(
+        &self,
+        batch: RayBatch,
+        loose: &LooseRays,
+        scratch: &mut TraversalScratch,
+        found: &mut F,
+    );
+}
+
+/// Rays in a row that are dealt with together, at most [`BATCH`].
+#[derive(Clone, Copy)]
+pub struct RayBatch<'a> {
+    pub geometry: &'a Geometry,
+    pub rays: &'a Rays,
+    pub first: usize,
+    pub count: usize,
 }
 
 /// Some of many rays, [`GROUPS`] eights at most.
@@ -97,41 +116,40 @@ impl HitSink for [bool] {
     }
 }
 
-/// The nearest hit of one ray before `best.t`, or with `ANY` any one.
+/// The nearest hit of one ray among the finite primitives, or with `ANY` any one: how far the ray was moved up to them,
+/// and what it found from there.
 #[inline]
 pub fn alone<S: Traversal, const ANY: bool>(
     structure: &S,
     geometry: &Geometry,
-    probe: &PreparedRay,
-    best: &mut ClosestHit,
+    ray: &Ray,
     scratch: &mut TraversalScratch,
-) {
+) -> (f32, ClosestHit) {
     structure.make_room(scratch);
-    structure.width().run(SingleRay::<S, ANY> { structure, geometry, probe, best, scratch });
+    structure.width().run(SingleRay::<S, ANY> { structure, geometry, ray, scratch })
 }
 
 struct SingleRay<'a, S, const ANY: bool> {
     structure: &'a S,
     geometry: &'a Geometry,
-    probe: &'a PreparedRay,
-    best: &'a mut ClosestHit,
+    ray: &'a Ray,
     scratch: &'a mut TraversalScratch,
 }
 
 impl<S: Traversal, const ANY: bool> Kernel for SingleRay<'_, S, ANY> {
-    type Output = ();
+    type Output = (f32, ClosestHit);
 
     #[inline(always)]
-    fn run<L: Wide>(self) {
-        self.structure.one::<L, ANY>(self.geometry, self.probe, self.best, self.scratch);
+    fn run<L: Wide>(self) -> (f32, ClosestHit) {
+        let (skip, ray) = self.geometry.approach(self.ray);
+        let mut best = ClosestHit::within(ray.t_max);
+        self.structure.one::<L, ANY>(self.geometry, &PreparedRay::from(&ray), &mut best, self.scratch);
+        (skip, best)
     }
 }
 
 /// Ways in which rays can mostly run: along an axis, up or down.
 const WAYS: usize = 6;
-
-/// Rays that are sorted together: neighbours in the wave stay near each other.
-const SORTED: usize = 512;
 
 /// Twice the axis along which each of eight rays mostly runs (see [`crate::trace::primitive::dominant`]), and
 /// one more if it runs down.
@@ -149,10 +167,10 @@ fn ways<L: Wide>(rays: &Rays, first: usize) -> [f32; LANES] {
 /// Sorts the numbers of `count` rays by the way that they run; gives where each way ends.
 ///
 /// To sort those of a way by where they start, too, gained nothing: neighbours in the wave start together already.
-/// There are [`SORTED`] of them at most.
+/// There are [`BATCH`] of them at most.
 #[inline(always)]
 fn sort<L: Wide>(rays: &Rays, first: usize, count: usize, order: &mut Vec<u32>) -> [usize; WAYS] {
-    let (mut all, mut next) = ([0u8; SORTED], [0; WAYS]);
+    let (mut all, mut next) = ([0u8; BATCH], [0; WAYS]);
     for (eight, at) in all[..count].chunks_mut(LANES).zip((first..).step_by(LANES)) {
         for (to, way) in eight.iter_mut().zip(ways::<L>(rays, at)) {
             *to = way as u8;
@@ -199,41 +217,42 @@ impl<S: Traversal, F: HitSink + ?Sized, const ANY: bool> Kernel for PacketKernel
     fn run<L: Wide>(mut self) {
         let (geometry, rays) = (self.geometry, self.rays);
         let mut order = std::mem::take(&mut self.scratch.order);
-        for first in (0..rays.len()).step_by(SORTED) {
-            let ends = sort::<L>(rays, first, SORTED.min(rays.len() - first), &mut order);
-            let mut start = 0;
-            for (way, end) in ends.into_iter().enumerate() {
-                for numbers in order[start..end].chunks(GROUPS * LANES) {
-                    let packet = RayPacket { geometry, rays, numbers };
-                    if self.scratch.wait > 0 {
-                        self.scratch.wait -= 1;
-                        self.apart(packet);
-                    } else {
-                        self.together::<L>(packet, way / 2);
+        let mut loose = std::mem::take(&mut self.scratch.loose);
+        for first in (0..rays.len()).step_by(BATCH) {
+            let count = BATCH.min(rays.len() - first);
+            let packets = count.div_ceil(GROUPS * LANES) as u32;
+            loose.clear();
+            if self.scratch.wait >= packets {
+                self.scratch.wait -= packets;
+                loose.extend(first as u32..(first + count) as u32);
+            } else {
+                let ends = sort::<L>(rays, first, count, &mut order);
+                let mut start = 0;
+                for (way, end) in ends.into_iter().enumerate() {
+                    for numbers in order[start..end].chunks(GROUPS * LANES) {
+                        if self.scratch.wait > 0 {
+                            self.scratch.wait -= 1;
+                            loose.extend(numbers.iter().copied());
+                        } else {
+                            self.together::<L>(RayPacket { geometry, rays, numbers }, way / 2, &mut loose);
+                        }
                     }
+                    start = end;
                 }
-                start = end;
+            }
+            if !loose.is_empty() {
+                let batch = RayBatch { geometry, rays, first, count };
+                self.structure.loose::<L, F, ANY>(batch, &loose, self.scratch, self.found);
             }
         }
-        self.scratch.order = order;
+        (self.scratch.order, self.scratch.loose) = (order, loose);
     }
 }
 
 impl<S: Traversal, F: HitSink + ?Sized, const ANY: bool> PacketKernel<'_, S, F, ANY> {
-    /// Each ray alone.
+    /// A packet of rays that all run mostly along this axis, the same way. Where it is given up, its rays go on loose.
     #[inline(always)]
-    fn apart(&mut self, packet: RayPacket) {
-        for (i, n) in packet.numbers.iter().enumerate() {
-            let Some((skip, ray)) = packet.approached(i) else { continue };
-            let mut best = ClosestHit::within(ray.t_max);
-            alone::<S, ANY>(self.structure, self.geometry, &PreparedRay::from(&ray), &mut best, self.scratch);
-            self.found.one(*n as usize, skip, &best);
-        }
-    }
-
-    /// As [`Self::apart`] for rays that all run mostly along this axis, the same way.
-    #[inline(always)]
-    fn together<L: Wide>(&mut self, packet: RayPacket, axis: usize) {
+    fn together<L: Wide>(&mut self, packet: RayPacket, axis: usize, loose: &mut LooseRays) {
         let axes = [(axis + 1) % 3, (axis + 2) % 3, axis];
         let RayPacket { geometry, rays, numbers } = packet;
         let second = LANES.min(numbers.len() - 1);
@@ -244,7 +263,7 @@ impl<S: Traversal, F: HitSink + ?Sized, const ANY: bool> PacketKernel<'_, S, F, 
             if done {
                 self.found.eight(numbers, &groups[g]);
             } else {
-                self.rest::<L>(packet, numbers, &groups[g]);
+                self.loosen::<L>(numbers, &groups[g], loose);
             }
         }
         // The next packets are likely to fare as this one did.
@@ -253,16 +272,15 @@ impl<S: Traversal, F: HitSink + ?Sized, const ANY: bool> PacketKernel<'_, S, F, 
         scratch.wait = if done { 0 } else { (1 << scratch.failures) - 1 };
     }
 
-    /// Goes on with the rays of a group, each alone.
+    /// Lets the rays of a group go on, each with what it has found.
     #[inline(always)]
-    fn rest<L: Wide>(&mut self, packet: RayPacket, numbers: &[u32], group: &RayGroup<L>) {
-        for (n, mut best) in numbers.iter().zip(group.bests()) {
-            let (skip, ray) = packet.geometry.approach(&packet.rays.get(*n as usize));
-            let settled = ANY && best.found;
-            if !settled {
-                alone::<S, ANY>(self.structure, self.geometry, &PreparedRay::from(&ray), &mut best, self.scratch);
+    fn loosen<L: Wide>(&mut self, numbers: &[u32], group: &RayGroup<L>, loose: &mut LooseRays) {
+        for (n, best) in numbers.iter().zip(group.bests()) {
+            if ANY && best.found {
+                self.found.one(*n as usize, 0.0, &best);
+            } else {
+                loose.push_begun(*n, best);
             }
-            self.found.one(*n as usize, skip, &best);
         }
     }
 }

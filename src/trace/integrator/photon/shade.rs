@@ -43,7 +43,7 @@ pub fn shade(
     if last || !(all || photons.goes_on) {
         return;
     }
-    let Some((ray, mut state)) = path::scatter(met, &bsdf, &frame, wo, depth, counters) else { return };
+    let Some((ray, mut state)) = path::scatter(context, met, &bsdf, &frame, wo, depth, counters) else { return };
     if !all {
         state.emission_filter = EmissionFilter::NonPhoton;
     } else if state.pdf > 0.0 && bsdf.is_diffuse() {

@@ -15,7 +15,9 @@ use crate::trace::material::texture::RayCone;
 use crate::trace::material::{ShadingParams, TransportMode};
 use crate::trace::sampler::{Sampler, sobol};
 use crate::trace::soa::{Hit, Hits, Ray};
-use crate::trace::wavefront::{Crossing, PathState, RayQueue, RenderContext, SurfaceInteraction, Worker};
+use crate::trace::wavefront::{
+    Crossing, PathState, RayQueue, RenderContext, SurfaceInteraction, Worker, pass_surfaces,
+};
 
 /// Photons that are on their way together.
 const CHUNK: u32 = 4096;
@@ -93,6 +95,9 @@ impl<'a> PhotonTracer<'a> {
             let under_way = self.wave.rays().len();
             worker.traversal.counters.photon_rays += under_way as u64;
             context.accelerator.closest_all(context.geometry, self.wave.rays(), &mut worker.traversal, &mut self.hits);
+            let key = self.key;
+            let sampler = |sample: u32| Sampler::new(key, photons.start + sample, 1);
+            pass_surfaces(context, &mut self.wave, &mut self.hits, sampler, worker);
             for i in 0..under_way {
                 if let Some(hit) = self.hits.get(i) {
                     let (ray, state) = self.wave.get(i);
@@ -147,14 +152,12 @@ impl<'a> PhotonTracer<'a> {
         let surface = if front { surface } else { surface.flipped() };
         let sampler = Sampler::new(self.key, first + state.sample, 1);
         let crossing = Crossing::new(context.materials, state.medium, context.geometry.tag(hit.primitive), front);
-        if crossing.is_passed(material) {
-            let onward = Ray::new(surface.offset_origin(ray.direction), ray.direction);
-            return (!last).then_some((onward, PathState { medium: crossing.behind, ..state }));
-        }
         let nested = (crossing.ior != material.ior).then_some(ShadingParams { ior: crossing.ior, ..*material });
         let (material, behind) = (nested.as_ref().unwrap_or(material), crossing.behind);
         state.medium = crossing.before;
-        let met = SurfaceInteraction { direction: ray.direction, state, surface, material, behind, front, sampler };
+        let hit = *hit;
+        let met =
+            SurfaceInteraction { direction: ray.direction, state, surface, material, behind, hit, front, sampler };
         let bsdf = Bsdf::new(material, front, context.settings.fresnel, TransportMode::Power);
         let (frame, wo) = met.frame();
         if rays > 1 && bsdf.is_diffuse() {
@@ -171,7 +174,7 @@ impl<'a> PhotonTracer<'a> {
             return None;
         }
         // Rays of photons are counted as such alone.
-        let (onward, mut state) = path::scatter(&met, &bsdf, &frame, wo, rays, &mut Counters::default())?;
+        let (onward, mut state) = path::scatter(context, &met, &bsdf, &frame, wo, rays, &mut Counters::default())?;
         self.scattered[photon] |= state.pdf > 0.0;
         // Light that is followed from the other end: smooth normals are not symmetric (Veach 1997, section 5.3.2).
         let [(true_in, smooth_in), (true_out, smooth_out)] =

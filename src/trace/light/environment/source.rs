@@ -144,7 +144,7 @@ fn lookup_sphere(picture: &MipMap, d: Vec3, spread: f32) -> Vec3 {
     let u = 0.5 + libm::atan2f(d.x, -d.z) / TURN;
     let v = libm::atan2f(across, -d.y) * (2.0 / TURN);
     let filter = if spread > 0.0 { TexelFilter::Mip } else { TexelFilter::Bilinear };
-    let sheet = ImageSampler { wrap: Wrap::Repeat, filter };
+    let sheet = ImageSampler { wrap: [Wrap::Repeat; 2], filter };
     let axes = [Vec2::X * (spread / (TURN * across.max(1e-6))).min(1.0), Vec2::Y * (spread * 2.0 / TURN)];
     sheet.color(picture, Vec2::new(u, v), axes, [None, Some([0.0, 1.0])])
 }

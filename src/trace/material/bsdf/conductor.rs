@@ -26,8 +26,18 @@ impl Conductor {
         let index = (m.eta != Vec3::ZERO).then_some([m.eta, m.k]);
         let straight = |[eta, k]: [Vec3; 2]| metal_reflectance(1.0, eta, k);
         let f0 = index.map_or(m.diffuse, straight);
-        let mean = if index.is_some() { m.mean_fresnel } else { f0 + (Vec3::ONE - f0) / 21.0 };
+        let mean = if index.is_some() { m.mean_fresnel } else { schlick_mean(f0) };
         Conductor { facets: Microfacets { alpha: m.alpha }, f0, index, mean }
+    }
+
+    /// A metal that reflects this colour straight on.
+    pub fn with_color(f0: Vec3, alpha: f32) -> Self {
+        Conductor { facets: Microfacets { alpha }, f0, index: None, mean: schlick_mean(f0) }
+    }
+
+    /// What the polished metal mirrors.
+    pub fn mirrors(&self, cosine: f32) -> Vec3 {
+        self.reflectance(cosine)
     }
 
     pub fn is_smooth(&self) -> bool {
@@ -100,6 +110,11 @@ const MEAN_TRAPPED: f32 = 0.40;
 fn schlick(f0: Vec3, cosine: f32) -> Vec3 {
     let m = 1.0 - cosine.clamp(0.0, 1.0);
     f0 + (Vec3::ONE - f0) * (m * m * m * m * m)
+}
+
+/// Its mean over the hemisphere, by the cosine.
+fn schlick_mean(f0: Vec3) -> Vec3 {
+    f0 + (Vec3::ONE - f0) / 21.0
 }
 
 #[cfg(test)]

@@ -15,11 +15,13 @@ mod dielectric;
 mod microfacet;
 mod models;
 mod plastic;
+mod principled;
 mod tables;
 
 pub use bsdf_sample::BsdfSample;
 pub use microfacet::SMOOTH;
 pub use models::Bsdf;
+pub use principled::Principled;
 
 #[cfg(test)]
 mod tests;

@@ -9,6 +9,7 @@ use super::bsdf_sample::BsdfSample;
 use super::conductor::Conductor;
 use super::dielectric::Dielectric;
 use super::plastic::Plastic;
+use super::principled::Principled;
 use crate::components::{Fresnel, Model};
 use crate::trace::material::{ShadingParams, TransportMode};
 use crate::trace::sampler::{cosine_hemisphere, cosine_pdf};
@@ -22,6 +23,7 @@ pub enum Bsdf {
     Conductor(Conductor),
     Dielectric(Dielectric),
     Plastic(Plastic),
+    Principled(Principled),
 }
 
 impl Bsdf {
@@ -35,6 +37,9 @@ impl Bsdf {
             Model::Conductor => Bsdf::Conductor(Conductor::new(material)),
             Model::Dielectric => Bsdf::Dielectric(Dielectric::new(material, front, transport)),
             Model::Plastic => Bsdf::Plastic(Plastic::new(material)),
+            Model::Principled => Bsdf::Principled(Principled::new(material, front, transport)),
+            // What it shows is added where it is met.
+            Model::Unlit => Bsdf::Lambert(Vec3::ZERO),
         }
     }
 
@@ -45,6 +50,7 @@ impl Bsdf {
             Bsdf::BlinnPhong(b) => b.is_specular(),
             Bsdf::Conductor(c) => c.is_smooth(),
             Bsdf::Dielectric(d) => d.is_smooth(),
+            Bsdf::Principled(p) => p.is_specular(),
             Bsdf::Lambert(_) | Bsdf::Plastic(_) => false,
         }
     }
@@ -55,6 +61,7 @@ impl Bsdf {
             Bsdf::BlinnPhong(_) | Bsdf::Lambert(_) => None,
             Bsdf::Conductor(_) | Bsdf::Dielectric(_) => Some(*self),
             Bsdf::Plastic(p) => Some(Bsdf::Plastic(p.coat_alone())),
+            Bsdf::Principled(p) => p.glossy().map(Bsdf::Principled),
         }
     }
 
@@ -65,6 +72,7 @@ impl Bsdf {
             Bsdf::BlinnPhong(b) => b.albedo() != Vec3::ZERO,
             Bsdf::Lambert(albedo) => *albedo != Vec3::ZERO,
             Bsdf::Plastic(_) => true,
+            Bsdf::Principled(p) => p.is_diffuse(),
             Bsdf::Conductor(_) | Bsdf::Dielectric(_) => false,
         }
     }
@@ -77,6 +85,7 @@ impl Bsdf {
             Bsdf::BlinnPhong(b) => lambert(b.albedo()),
             Bsdf::Lambert(albedo) => lambert(*albedo),
             Bsdf::Plastic(p) if wi.z > 0.0 => p.diffuse(wo, wi),
+            Bsdf::Principled(p) => p.diffuse(wo, wi),
             Bsdf::Plastic(_) | Bsdf::Conductor(_) | Bsdf::Dielectric(_) => Vec3::ZERO,
         }
     }
@@ -90,6 +99,7 @@ impl Bsdf {
             Bsdf::Conductor(c) => c.eval(wo, wi),
             Bsdf::Dielectric(d) => d.eval(wo, wi),
             Bsdf::Plastic(p) => p.eval(wo, wi),
+            Bsdf::Principled(p) => p.eval(wo, wi),
         }
     }
 
@@ -102,6 +112,7 @@ impl Bsdf {
             Bsdf::Conductor(c) => c.pdf(wo, wi),
             Bsdf::Dielectric(d) => d.pdf(wo, wi),
             Bsdf::Plastic(p) => p.pdf(wo, wi),
+            Bsdf::Principled(p) => p.pdf(wo, wi),
         }
     }
 
@@ -123,6 +134,7 @@ impl Bsdf {
             Bsdf::Conductor(c) => c.sample(wo, u, lobe),
             Bsdf::Dielectric(d) => d.sample(wo, u, lobe),
             Bsdf::Plastic(p) => p.sample(wo, u, lobe),
+            Bsdf::Principled(p) => p.sample(wo, u, lobe),
         }
     }
 }

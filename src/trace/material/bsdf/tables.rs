@@ -1,8 +1,10 @@
 //! What facets give back of the light that arrives, as tables: single scattering loses the rest to other facets.
 //!
 //! Axes are the root of the cosine, the roughness (root of alpha) and, for glass, (n - 1) / (n + 1) of the index ahead
-//! over the index behind. Filled row by row when first asked for, from Sobol points over visible facets: a scene has few
-//! indices and roughnesses.
+//! over the index behind, with most of its steps near 1. Filled row by row when first asked for, by the midpoint rule over
+//! visible facets: a scene has few indices and roughnesses. Between the nodes and at them, what glass of any index from
+//! 1.02 to 2.4 gives back is right to 0.3 %, 0.05 % on average; points that are scattered by chance err by a third of that
+//! again where light is totally reflected.
 
 use std::array::from_fn;
 use std::sync::OnceLock;
@@ -11,24 +13,23 @@ use glam::Vec3;
 
 use super::microfacet::{Microfacets, mirrored};
 use crate::trace::material::{behind, share};
-use crate::trace::sampler::sobol;
 
 /// Steps along the cosine and the roughness.
-const COSINES: usize = 48;
+const COSINES: usize = 32;
 
 const WIDTHS: usize = 24;
 
 /// Steps of the index, from -`FARTHEST_INDEX` to it: a quarter to 4, past which the last serves. Next to 1 the share of
 /// light that is totally reflected changes fast with the index: with a tenth of these steps ground glass of index 1.1
-/// lost 6 % at the rim of a ball.
+/// lost 6 % at the rim of a ball. Nodes lie at the power 1.5 of even steps.
 const INDICES: usize = 121;
 
 const FARTHEST_INDEX: f32 = 0.6;
 
-/// Facets per node, a power of four, and a key for how they are scattered.
-const POINTS: usize = 1024;
+/// Facets per node along both coordinates of their sampling.
+const ACROSS: usize = 48;
 
-const KEY: u64 = 0x5a17_ab1e_00fa_ce75;
+const POINTS: usize = ACROSS * ACROSS;
 
 type AlbedoRow = [f32; COSINES];
 
@@ -59,7 +60,8 @@ fn metal_row(width: usize) -> &'static MetalRow {
 fn glass_row(index: usize, width: usize) -> &'static GlassRow {
     static ROWS: [OnceLock<GlassRow>; INDICES * WIDTHS] = [const { OnceLock::new() }; INDICES * WIDTHS];
     ROWS[index * WIDTHS + width].get_or_init(|| {
-        let step = (index as f32 / (INDICES - 1) as f32 * 2.0 - 1.0) * FARTHEST_INDEX;
+        let along = index as f32 / (INDICES - 1) as f32 * 2.0 - 1.0;
+        let step = along * along.abs().sqrt() * FARTHEST_INDEX;
         let eta = (1.0 + step) / (1.0 - step);
         let (mut reflected, mut all) = ([0.0; COSINES], [0.0; COSINES]);
         each_facet(width, |c, facet| {
@@ -104,7 +106,9 @@ impl Microfacet {
 
 /// Calls `add` with every facet of every cosine, for one width.
 fn each_facet(w: usize, mut add: impl FnMut(usize, &Microfacet)) {
-    let points: [[f32; 2]; POINTS] = from_fn(|i| sobol::pair(i as u32, POINTS.ilog2() / 2, KEY));
+    // Seen from `wo` both halves of the turn are alike.
+    let at = |i: usize| (i as f32 + 0.5) / ACROSS as f32;
+    let points: [[f32; 2]; POINTS] = from_fn(|i| [0.5 * at(i % ACROSS), at(i / ACROSS)]);
     let width = w as f32 / (WIDTHS - 1) as f32;
     // The first row stands for the polished surface.
     let facets = Microfacets { alpha: (width * width).max(1e-4) };
@@ -143,8 +147,10 @@ fn in_row(row: &AlbedoRow, (c, f): (usize, f32)) -> f32 {
 }
 
 fn of_index(eta: f32) -> (usize, f32) {
-    let step = (eta - 1.0) / (eta + 1.0);
-    place((step / FARTHEST_INDEX + 1.0) * 0.5, INDICES)
+    let step = (eta - 1.0) / (eta + 1.0) / FARTHEST_INDEX;
+    // The power of 2 / 3, with the sign.
+    let along = libm::cbrtf(step * step).copysign(step);
+    place((along + 1.0) * 0.5, INDICES)
 }
 
 fn of_cosine(z: f32) -> (usize, f32) {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Vec3, Vec4};
 
 use super::image::{Edges, ImageSampler};
 use super::pattern::PatternSampler;
@@ -10,8 +10,8 @@ use super::perturb_normal;
 use super::ray_cone::RayCone;
 use crate::base::color::luminance;
 use crate::base::math::sin_cos_degrees;
-use crate::components::{MipMap, Pattern, Space, Texture};
-use crate::trace::material::ShadingParams;
+use crate::components::{Channel, MipMap, Pattern, Space, Texture};
+use crate::trace::material::{MapValues, ShadingParams};
 use crate::trace::primitive::{Geometry, ObjectSpace, SurfacePoint, SurfaceUv};
 use crate::trace::soa::{Hit, Ray};
 
@@ -32,6 +32,9 @@ pub struct TextureLayer {
     offset: Vec3,
     tint: Vec3,
     depth: Option<f32>,
+    channel: Channel,
+    /// Whether it is laid out by the second texture coordinates.
+    second_uv: bool,
 }
 
 /// A footprint beyond all numbers, in texture coordinates.
@@ -40,7 +43,8 @@ const ENDLESS: f32 = 1e9;
 impl TextureLayer {
     /// `picture` is the one that the texture names, if it names one.
     pub fn new(texture: &Texture, picture: Option<Arc<MipMap>>) -> Self {
-        let sheet = ImageSampler { wrap: texture.wrap, filter: texture.filter };
+        let wrap = [texture.wrap, texture.wrap_v.unwrap_or(texture.wrap)];
+        let sheet = ImageSampler { wrap, filter: texture.filter };
         let source = match picture {
             Some(picture) => TexelSource::MipMap(picture, sheet),
             None => TexelSource::Pattern(PatternSampler::new(texture, texture.pattern.unwrap_or(Pattern::Checker))),
@@ -55,6 +59,8 @@ impl TextureLayer {
             offset: texture.offset.0.as_vec3(),
             tint: texture.tint.as_vec3(),
             depth: texture.depth.map(|x| x as f32),
+            channel: texture.channel,
+            second_uv: texture.uv_set == 1,
         }
     }
 
@@ -63,10 +69,16 @@ impl TextureLayer {
         self.tint * self.at(spot, self.coordinates(spot), self.axes(spot))
     }
 
+    /// The one number that counts at a spot.
+    fn number(&self, spot: &TextureContext) -> f32 {
+        let color = self.color(spot);
+        if self.channel == Channel::Color { luminance(color.to_array()) } else { color.x }
+    }
+
     /// Texture coordinates of a spot.
     fn coordinates(&self, spot: &TextureContext) -> Vec3 {
         let p = match self.space {
-            Space::Uv => spot.uv.uv.extend(0.0),
+            Space::Uv => spot.uv(self.second_uv).uv.extend(0.0),
             Space::Object => spot.frame.map.local(spot.point),
             Space::World => spot.point,
         };
@@ -78,7 +90,7 @@ impl TextureLayer {
     fn axes(&self, spot: &TextureContext) -> [Vec3; 2] {
         spot.axes.map(|a| {
             let a = match self.space {
-                Space::Uv => spot.uv.along(a).extend(0.0),
+                Space::Uv => spot.uv(self.second_uv).along(a).extend(0.0),
                 Space::Object => spot.frame.map.to_local * a,
                 Space::World => a,
             };
@@ -91,7 +103,10 @@ impl TextureLayer {
     fn gradients(&self, spot: &TextureContext) -> [Vec3; 3] {
         let flat = |g: Vec3| g - spot.normal * spot.normal.dot(g);
         let of_space = match self.space {
-            Space::Uv => [spot.uv.gradients[0], spot.uv.gradients[1], Vec3::ZERO],
+            Space::Uv => {
+                let [u, v] = spot.uv(self.second_uv).gradients;
+                [u, v, Vec3::ZERO]
+            }
             Space::Object => spot.frame.map.to_local.transpose().to_cols_array_2d().map(|c| flat(Vec3::from_array(c))),
             Space::World => [flat(Vec3::X), flat(Vec3::Y), flat(Vec3::Z)],
         };
@@ -100,11 +115,18 @@ impl TextureLayer {
     }
 
     fn at(&self, spot: &TextureContext, p: Vec3, axes: [Vec3; 2]) -> Vec3 {
-        match &self.source {
+        let color = match &self.source {
             TexelSource::MipMap(picture, sheet) => {
                 sheet.color(picture, p.truncate(), axes.map(Vec3::truncate), self.edges(spot))
             }
             TexelSource::Pattern(motif) => motif.color(p, axes),
+        };
+        match self.channel {
+            // An alpha channel was read as grey.
+            Channel::Color | Channel::Alpha => color,
+            Channel::Red => Vec3::splat(color.x),
+            Channel::Green => Vec3::splat(color.y),
+            Channel::Blue => Vec3::splat(color.z),
         }
     }
 
@@ -114,7 +136,7 @@ impl TextureLayer {
         let turned = m.x_axis.y != 0.0 || m.y_axis.x != 0.0;
         std::array::from_fn(|k| {
             let (low, high) = (self.offset[k], self.offset[k] + m.col(k)[k]);
-            (spot.uv.ends[k] && !turned).then_some([low.min(high), low.max(high)])
+            (spot.uv(self.second_uv).ends[k] && !turned).then_some([low.min(high), low.max(high)])
         })
     }
 
@@ -149,7 +171,12 @@ pub struct TextureSet {
     /// All are multiplied with the colour.
     pub color: Vec<TextureLayer>,
     pub specular: Option<TextureLayer>,
+    pub emission: Option<TextureLayer>,
+    pub reflection: Option<TextureLayer>,
     pub roughness: Option<TextureLayer>,
+    pub metallic: Option<TextureLayer>,
+    pub transmission: Option<TextureLayer>,
+    pub opacity: Option<TextureLayer>,
     pub bump: Option<TextureLayer>,
     pub normal: Option<TextureLayer>,
 }
@@ -160,13 +187,14 @@ impl TextureSet {
     }
 
     fn layers(&self) -> impl Iterator<Item = &TextureLayer> {
-        let single = [&self.specular, &self.roughness, &self.bump, &self.normal];
-        self.color.iter().chain(single.into_iter().flatten())
+        let looks = [&self.specular, &self.emission, &self.reflection, &self.roughness, &self.metallic];
+        let others = [&self.transmission, &self.opacity, &self.bump, &self.normal];
+        self.color.iter().chain(looks.into_iter().chain(others).flatten())
     }
 
-    /// Whether texture coordinates are needed.
-    fn wants_uv(&self) -> bool {
-        self.layers().any(|layer| layer.space == Space::Uv)
+    /// Whether the first, and whether the second texture coordinates are needed.
+    fn wants_uv(&self) -> [bool; 2] {
+        [false, true].map(|second| self.layers().any(|layer| layer.space == Space::Uv && layer.second_uv == second))
     }
 }
 
@@ -180,14 +208,14 @@ struct TextureBinding {
     colored: bool,
     /// Number of a material, and index of the texture set that goes with it.
     first: [u32; 2],
-    /// As `first`, for entities of several materials.
+    /// As `first`, for entities that are made of several materials.
     others: Vec<[u32; 2]>,
 }
 
 impl TextureBinding {
     /// Index of the texture set that goes with a material.
     #[inline]
-    fn set(&self, material: u32) -> Option<u32> {
+    fn set_of(&self, material: u32) -> Option<u32> {
         let mut all = std::iter::once(&self.first).chain(&self.others);
         all.find(|[known, _]| *known == material).map(|[_, set]| *set)
     }
@@ -199,7 +227,7 @@ pub struct TextureBindings {
     /// Index of the binding by entity, as far as any has one.
     by_entity: Vec<u32>,
     skins: Vec<TextureBinding>,
-    dresses: Vec<(TextureSet, bool)>,
+    dresses: Vec<(TextureSet, [bool; 2])>,
 }
 
 /// Number of no binding.
@@ -212,8 +240,15 @@ struct TextureContext<'a> {
     normal: Vec3,
     /// Axes of the footprint, world space.
     axes: [Vec3; 2],
-    uv: SurfaceUv,
+    /// By the first and the second texture coordinates, as far as they are needed.
+    uvs: [SurfaceUv; 2],
     frame: &'a ObjectSpace,
+}
+
+impl TextureContext<'_> {
+    fn uv(&self, second: bool) -> &SurfaceUv {
+        &self.uvs[usize::from(second)]
+    }
 }
 
 impl TextureBindings {
@@ -232,15 +267,14 @@ impl TextureBindings {
             self.by_entity.resize(at + 1, BARE);
         }
         if let Some(binding) = self.skins.get_mut(self.by_entity[at] as usize) {
-            if binding.set(material).is_none() {
+            if binding.set_of(material).is_none() {
                 binding.others.push([material, set]);
             }
             return;
         }
         self.by_entity[at] = self.skins.len() as u32;
         let unit = libm::cbrtf(frame.map.to_world.determinant().abs());
-        let first = [material, set];
-        self.skins.push(TextureBinding { frame: *frame, unit, colored, first, others: Vec::new() });
+        self.skins.push(TextureBinding { frame: *frame, unit, colored, first: [material, set], others: Vec::new() });
     }
 
     /// Whether what the entity is made of has maps.
@@ -262,7 +296,7 @@ impl TextureBindings {
         base: &ShadingParams,
     ) -> Option<ShadingParams> {
         let skin = self.skins.get(*self.by_entity.get(surface.entity as usize)? as usize)?;
-        let set = skin.set(surface.material)?;
+        let set = skin.set_of(surface.material)?;
         Some(self.evaluate_binding(geometry, (ray, hit), cone, surface, (skin, set, base)))
     }
 
@@ -276,18 +310,12 @@ impl TextureBindings {
         (skin, set, base): (&TextureBinding, u32, &ShadingParams),
     ) -> ShadingParams {
         let (dress, wants_uv) = &self.dresses[set as usize];
-        let normal = surface.geometric_normal;
-        let spot = TextureContext {
-            point: surface.point,
-            normal,
-            axes: cone.footprint(ray.direction, normal),
-            uv: if *wants_uv { geometry.surface_uv(hit, surface, &skin.frame) } else { SurfaceUv::default() },
-            frame: &skin.frame,
-        };
-        let own = if skin.colored { geometry.vertex_color(hit).truncate() } else { Vec3::ONE };
-        let color = dress.color.iter().fold(own, |c, layer| c * layer.color(&spot));
+        let spot = spot(geometry, (ray, hit), cone, surface, (skin, *wants_uv));
+        let own = if skin.colored { geometry.vertex_color(hit) } else { Vec4::ONE };
+        let color = dress.color.iter().fold(own.truncate(), |c, layer| c * layer.color(&spot));
         let specular = dress.specular.as_ref().map_or(Vec3::ONE, |layer| layer.color(&spot));
-        let roughness = dress.roughness.as_ref().map_or(1.0, |layer| luminance(layer.color(&spot).to_array()));
+        let emission = dress.emission.as_ref().map_or(Vec3::ONE, |layer| layer.color(&spot));
+        let number = |layer: &Option<TextureLayer>| layer.as_ref().map_or(1.0, |layer| layer.number(&spot));
         let before = surface.shading_normal;
         let mut bent = before;
         if let Some(layer) = &dress.normal {
@@ -302,6 +330,58 @@ impl TextureBindings {
         if bent != before {
             surface.perturb_normal(bent, ray.direction);
         }
-        base.mapped(color, specular, roughness)
+        base.mapped(&MapValues {
+            color,
+            specular,
+            emission,
+            reflection: number(&dress.reflection),
+            roughness: number(&dress.roughness),
+            metallic: number(&dress.metallic),
+            transmission: number(&dress.transmission),
+            opacity: number(&dress.opacity) * base.vertex_opacity(own.w),
+        })
+    }
+
+    /// How much of a surface is there at the point that a ray met, by its material without maps and the map of it.
+    pub fn opacity(
+        &self,
+        geometry: &Geometry,
+        (ray, hit): (&Ray, &Hit),
+        cone: RayCone,
+        surface: &SurfacePoint,
+        base: &ShadingParams,
+    ) -> f32 {
+        let skin = self.by_entity.get(surface.entity as usize).and_then(|skin| self.skins.get(*skin as usize));
+        let Some(skin) = skin else { return base.opacity };
+        let Some(set) = skin.set_of(surface.material) else { return base.opacity };
+        let own = if skin.colored { base.vertex_opacity(geometry.vertex_color(hit).w) } else { 1.0 };
+        let (dress, wants_uv) = &self.dresses[set as usize];
+        let map = dress
+            .opacity
+            .as_ref()
+            .map_or(1.0, |layer| layer.number(&spot(geometry, (ray, hit), cone, surface, (skin, *wants_uv))));
+        base.opacity * own * map
+    }
+}
+
+/// All that textures depend on at the point that a ray met.
+fn spot<'a>(
+    geometry: &Geometry,
+    (ray, hit): (&Ray, &Hit),
+    cone: RayCone,
+    surface: &SurfacePoint,
+    (skin, wants_uv): (&'a TextureBinding, [bool; 2]),
+) -> TextureContext<'a> {
+    let normal = surface.geometric_normal;
+    let uv = |second: usize| match wants_uv[second] {
+        true => geometry.surface_uv(hit, surface, &skin.frame, second == 1),
+        false => SurfaceUv::default(),
+    };
+    TextureContext {
+        point: surface.point,
+        normal,
+        axes: cone.footprint(ray.direction, normal),
+        uvs: [uv(0), uv(1)],
+        frame: &skin.frame,
     }
 }

@@ -7,7 +7,8 @@ use crate::components::{MipLevel, MipMap, TexelFilter, Wrap};
 /// How a picture is looked up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageSampler {
-    pub wrap: Wrap,
+    /// Along u and along v.
+    pub wrap: [Wrap; 2],
     pub filter: TexelFilter,
 }
 
@@ -59,14 +60,14 @@ impl ImageSampler {
 
     fn nearest(self, level: &MipLevel, uv: Vec2, edges: Edges) -> Vec3 {
         let [x, y] = self.place(level, uv, edges, 0.0);
-        level.texel(self.index(x.floor(), level.width), self.index(y.floor(), level.height))
+        level.texel(self.column(x.floor(), level), self.row(y.floor(), level))
     }
 
     fn bilinear(self, level: &MipLevel, uv: Vec2, edges: Edges) -> Vec3 {
         let [x, y] = self.place(level, uv, edges, 0.5).map(|x| x - 0.5);
         let (fx, fy) = (x - x.floor(), y - y.floor());
-        let columns = [self.index(x.floor(), level.width), self.index(x.floor() + 1.0, level.width)];
-        let rows = [self.index(y.floor(), level.height), self.index(y.floor() + 1.0, level.height)];
+        let columns = [self.column(x.floor(), level), self.column(x.floor() + 1.0, level)];
+        let rows = [self.row(y.floor(), level), self.row(y.floor() + 1.0, level)];
         let row = |y: u32| {
             let (left, right) = (level.texel(columns[0], y), level.texel(columns[1], y));
             left + (right - left) * fx
@@ -77,7 +78,7 @@ impl ImageSampler {
 
     /// Texture coordinates as a place on a level, in texels from the top left; within one repeat.
     fn place(self, level: &MipLevel, uv: Vec2, edges: Edges, margin: f32) -> [f32; 2] {
-        let along = |x: f32, side: u32, edge: Option<[f32; 2]>| {
+        let along = |x: f32, side: u32, edge: Option<[f32; 2]>, wrap: Wrap| {
             let side = side as f32;
             let mut x = x;
             if let Some([low, high]) = edge {
@@ -85,7 +86,7 @@ impl ImageSampler {
                 let margin = (margin / side).min(0.5 * (high - low));
                 x = x.clamp(low + margin, high - margin);
             }
-            let folded = match self.wrap {
+            let folded = match wrap {
                 Wrap::Repeat => x - x.floor(),
                 Wrap::Mirror => {
                     let x = x - 2.0 * (0.5 * x).floor();
@@ -95,15 +96,23 @@ impl ImageSampler {
             };
             folded * side
         };
-        let x = along(uv.x, level.width, edges[0]);
-        let y = along(uv.y, level.height, edges[1]);
+        let x = along(uv.x, level.width, edges[0], self.wrap[0]);
+        let y = along(uv.y, level.height, edges[1], self.wrap[1]);
         [x, level.height as f32 - y]
     }
 
-    fn index(self, x: f32, side: u32) -> u32 {
-        let (x, side) = (x as i64, i64::from(side));
-        (if self.wrap == Wrap::Repeat { x.rem_euclid(side) } else { x.clamp(0, side - 1) }) as u32
+    fn column(self, x: f32, level: &MipLevel) -> u32 {
+        index(x, level.width, self.wrap[0])
     }
+
+    fn row(self, y: f32, level: &MipLevel) -> u32 {
+        index(y, level.height, self.wrap[1])
+    }
+}
+
+fn index(x: f32, side: u32, wrap: Wrap) -> u32 {
+    let (x, side) = (x as i64, i64::from(side));
+    (if wrap == Wrap::Repeat { x.rem_euclid(side) } else { x.clamp(0, side - 1) }) as u32
 }
 
 #[cfg(test)]
@@ -114,7 +123,7 @@ mod tests {
     const FREE: Edges = [None; 2];
 
     fn sheet(wrap: Wrap, filter: TexelFilter) -> ImageSampler {
-        ImageSampler { wrap, filter }
+        ImageSampler { wrap: [wrap; 2], filter }
     }
 
     /// Red counts columns from the left, green rows from the top.
