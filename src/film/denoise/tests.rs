@@ -101,7 +101,7 @@ fn one_sample_a_pixel_stays_as_it_is_and_few_are_filtered() {
 
 #[test]
 fn the_picture_is_the_same_on_any_number_of_threads() {
-    let truth = |x: usize, y: usize| (if (x / 9 + y / 7) % 2 == 0 { 1.0 } else { 0.2 }, 0.5, true);
+    let truth = |x: usize, y: usize| (if (x / 9 + y / 7).is_multiple_of(2) { 1.0 } else { 0.2 }, 0.5, true);
     let whole = film(50, 37, 16, &truth);
     let on = |threads: usize| {
         let mut film = whole.clone();
@@ -113,7 +113,7 @@ fn the_picture_is_the_same_on_any_number_of_threads() {
 
 #[test]
 fn a_part_with_its_surroundings_is_filtered_as_in_the_whole() {
-    let truth = |x: usize, y: usize| (if (x / 19 + y / 17) % 2 == 0 { 1.0 } else { 0.2 }, 0.5, true);
+    let truth = |x: usize, y: usize| (if (x / 19 + y / 17).is_multiple_of(2) { 1.0 } else { 0.2 }, 0.5, true);
     let size = [150, 70];
     let whole = film(size[0], size[1], 16, &truth);
     let part = PixelBounds { origin: [70, 62], size: [5, 4] };
