@@ -7,16 +7,17 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
+use super::path::direction_sample;
 use crate::components::{Fresnel, Integrator, Model};
 use crate::trace::counters::Counters;
-use crate::trace::light::Lamp;
 use crate::trace::material::bsdf::{Bsdf, BsdfSample};
-use crate::trace::material::{HoleCoverage, ShadingParams, TransportMode, fresnel, reflect, refract};
+use crate::trace::material::{HoleCoverage, ShadingParams, TransportMode, fresnel, refract};
 use crate::trace::sampler::{Domain, Frame, power_heuristic, uniform_sphere};
+use crate::trace::simd::V3;
 use crate::trace::soa::Ray;
 use crate::trace::wavefront::{
-    LightSampling, PathState, RayQueue, RenderContext, ShadowRayQueue, SurfaceInteraction, accumulator_slot,
-    shadow_ray_from,
+    BlinnPhongShading, Departure, LampShading, PathState, RayQueue, RenderContext, ShadowRayQueue, SurfaceInteraction,
+    accumulator_slot, mirror_directions, push_mirrored, sample_lamp, shadow_ray_from,
 };
 
 /// The law that a surface other than Blinn-Phong's scatters by, and its axes.
@@ -36,6 +37,37 @@ impl WhittedBsdf {
         let all = Bsdf::new(material, met.front, context.settings.fresnel, TransportMode::Radiance);
         let (frame, wo) = met.frame();
         WhittedBsdf { all, glossy: all.glossy(), frame, wo }
+    }
+}
+
+/// A surface other than Blinn-Phong's in the light of lamps.
+struct MicrofacetShading<'a> {
+    law: &'a WhittedBsdf,
+    /// Only ground glass is lit from behind.
+    transmits: bool,
+}
+
+impl LampShading<f32> for MicrofacetShading<'_> {
+    #[inline(always)]
+    fn lets_through(&self) -> bool {
+        self.transmits
+    }
+    #[inline(always)]
+    fn color(&self, _: u32, direction: V3<f32>, _: f32) -> V3<f32> {
+        let WhittedBsdf { all, frame, wo, .. } = self.law;
+        (all.eval(*wo, frame.to_local(direction.into())) * PI).into()
+    }
+}
+
+/// Adds the shadow rays to all lamps.
+fn sample_lamps(
+    context: RenderContext,
+    met: &SurfaceInteraction,
+    shading: &impl LampShading<f32>,
+    shadows: &mut [ShadowRayQueue],
+) {
+    for (i, lamp) in context.lights.lamps().iter().enumerate() {
+        sample_lamp(context, (met, shading), 1, (lamp, i), &mut shadows[i]);
     }
 }
 
@@ -63,9 +95,7 @@ pub fn shade(
         return shade_microfacets(context, met, last, shadows, next, counters);
     }
     if material.diffuse != Vec3::ZERO || material.specular != Vec3::ZERO {
-        for (i, light) in context.lights.lamps().iter().enumerate() {
-            sample_lamp(context, met, None, light, Domain::Light(i as u32), &mut shadows[i]);
-        }
+        sample_lamps(context, met, &BlinnPhongShading::new(met), shadows);
         if !context.lights.emitters().is_empty() {
             let all = Bsdf::new(
                 &ShadingParams { gloss: 0.0, ..*material },
@@ -105,9 +135,8 @@ fn shade_microfacets(
 ) {
     let law = WhittedBsdf::new(context, met);
     if !law.all.is_specular() {
-        for (i, light) in context.lights.lamps().iter().enumerate() {
-            sample_lamp(context, met, Some(&law), light, Domain::Light(i as u32), &mut shadows[i]);
-        }
+        let transmits = met.material.transmission > 0.0;
+        sample_lamps(context, met, &MicrofacetShading { law: &law, transmits }, shadows);
         sample_emitters(context, met, &law, shadows);
     }
     let Some(glossy) = law.glossy.filter(|_| !last) else { return };
@@ -137,19 +166,11 @@ fn follow(
     counters: &mut Counters,
 ) {
     let SurfaceInteraction { state, surface, .. } = met;
-    let mut direction = frame.to_world(sampled.wi).normalize();
-    let height = surface.geometric_normal.dot(direction);
-    let mut start = None;
-    if (height < 0.0) != sampled.transmitted {
-        if sampled.specular {
-            direction -= surface.geometric_normal * (2.0 * height);
-        } else {
-            start = (!sampled.transmitted).then(|| met.smooth_start(context)).flatten();
-            if start.is_none() {
-                return;
-            }
-        }
+    let Departure { origin, direction, going } = direction_sample(frame, &sampled).departure(context, met, 1);
+    if going == 0 {
+        return;
     }
+    let direction = Vec3::from(direction);
     let shown = if sampled.specular { 1.0 } else { surface.terminator(direction) };
     if !shows(context, met, sampled.weight * shown) {
         return;
@@ -161,7 +182,7 @@ fn follow(
         counters.reflection_rays += 1;
         (state.node.reflected(), state.medium)
     };
-    let ray = Ray::new(start.unwrap_or_else(|| surface.offset_origin(direction)), direction);
+    let ray = Ray::new(origin.into(), direction);
     let onward = state.onward(node, sampled.weight * shown);
     let (cone, scatterings) =
         (state.scattered_cone(sampled.pdf), state.scatterings + if sampled.specular { 0.0 } else { 1.0 });
@@ -207,92 +228,6 @@ fn sample_emitters(
     }
 }
 
-/// Shadow rays from a surface to a lamp.
-fn sample_lamp(
-    context: RenderContext,
-    met: &SurfaceInteraction,
-    law: Option<&WhittedBsdf>,
-    light: &Lamp,
-    domain: Domain,
-    shadows: &mut ShadowRayQueue,
-) {
-    let sampler = &met.sampler;
-    let at = match context.settings.light_sampling {
-        _ if light.is_point() => [0.5; 2],
-        LightSampling::Center => [0.5; 2],
-        LightSampling::Fixed(n) => {
-            let cell = |i: u32| (i as f32 + 0.5) / n as f32;
-            for k in 0..n * n {
-                add_lamp_light(context, met, law, light, [cell(k % n), cell(k / n)], 1.0 / (n * n) as f32, shadows);
-            }
-            return;
-        }
-        LightSampling::Random => sampler.random(met.state.node, domain),
-        LightSampling::Jittered => sampler.stratified(met.state.node, domain),
-    };
-    add_lamp_light(context, met, law, light, at, 1.0, shadows);
-}
-
-/// Light from one point of a lamp, and the ray that tells whether anything stands between.
-fn add_lamp_light(
-    context: RenderContext,
-    met: &SurfaceInteraction,
-    law: Option<&WhittedBsdf>,
-    light: &Lamp,
-    at: [f32; 2],
-    share: f32,
-    shadows: &mut ShadowRayQueue,
-) {
-    let SurfaceInteraction { state, surface, .. } = met;
-    let target = light.target(surface.point, at);
-    let above = surface.geometric_normal.dot(target - surface.point);
-    // Only ground glass is lit from behind.
-    let through = law.is_some() && met.material.transmission > 0.0;
-    if above.is_nan() {
-        return;
-    }
-    let mut from =
-        surface.offset_origin(if above > 0.0 { surface.geometric_normal } else { -surface.geometric_normal });
-    let mut ahead = above > 0.0;
-    if above <= 0.0 && !through {
-        // Only the smooth normal may face it.
-        let faces = surface.shading_normal.dot(target - surface.point) > 0.0;
-        let Some(start) = faces.then(|| met.smooth_start(context)).flatten() else { return };
-        (from, ahead) = (start, true);
-    }
-    let offset = target - from;
-    let square = offset.length_squared();
-    let distance = square.sqrt();
-    let direction = offset * (1.0 / distance);
-    let cosine = surface.shading_normal.dot(direction);
-    // Not so where the light touches the surface either: the distance is 0, and the cosine no number.
-    if cosine.is_nan() || (cosine > 0.0) != ahead || cosine == 0.0 {
-        return;
-    }
-    let color = match law {
-        Some(law) => law.all.eval(law.wo, law.frame.to_local(direction)) * PI,
-        None => blinn_phong(met, direction, cosine),
-    };
-    let color = color * surface.terminator(direction);
-    let strength = if light.inverse_square { share / square } else { share };
-    let strength = strength * light.cone.share(-direction);
-    let ray = Ray { origin: from, direction, t_max: distance };
-    let sample = accumulator_slot(state.sample, light.group);
-    let contribution = state.throughput * (color * light.color * strength);
-    shadows.push(context, ray, target, sample, context.settings.clamps.limited(state.scatterings + 1.0, contribution));
-}
-
-fn blinn_phong(met: &SurfaceInteraction, direction: Vec3, cosine: f32) -> Vec3 {
-    let SurfaceInteraction { surface, material, .. } = met;
-    let mut color = material.diffuse * cosine;
-    if material.specular != Vec3::ZERO {
-        let half = (direction - met.direction).normalize_or_zero();
-        let base = half.dot(surface.shading_normal).max(0.0);
-        color += material.specular * libm::powf(base, material.shininess);
-    }
-    color
-}
-
 /// Whether the ray that a hit gives rise to stands for enough of the picture to be followed.
 fn shows(context: RenderContext, met: &SurfaceInteraction, weight: Vec3) -> bool {
     let least = context.settings.min_weight;
@@ -317,27 +252,17 @@ fn mirrored(
     next: &mut RayQueue,
     counters: &mut Counters,
 ) {
-    if !shows(context, met, weight) {
-        return;
-    }
-    counters.reflection_rays += 1;
-    let SurfaceInteraction { state, surface, material, .. } = met;
-    let node = state.node.reflected();
-    let mut direction = reflect(met.direction, surface.shading_normal);
+    let SurfaceInteraction { state, material, .. } = met;
+    let mut direction = Vec3::from(mirror_directions::<f32, _>(met));
     let mut cone = state.cone;
     if material.gloss > 0.0 && context.settings.gloss {
         cone = cone.widened(material.gloss);
+        let node = state.node.reflected();
         let square = met.sampler.stratified(node, Domain::Gloss);
         let radius = libm::cbrtf(met.sampler.extra(node, Domain::Gloss));
         direction = (direction + uniform_sphere(square) * (material.gloss * radius)).normalize_or(direction);
     }
-    // Smooth normals and gloss may send the ray below the surface: mirror it back up.
-    let height = direction.dot(surface.geometric_normal);
-    if height < 0.0 {
-        direction -= surface.geometric_normal * (2.0 * height);
-    }
-    let ray = Ray::new(surface.offset_origin(direction), direction);
-    next.push(ray, PathState { cone, ..state.onward(node, weight) });
+    push_mirrored::<f32, _>(context, met, 1, (direction.into(), cone.into()), weight.into(), (next, counters));
 }
 
 /// Adds the ray that goes through the surface in the refracted direction.

@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use super::cone::share;
 use super::lamp::{Lamp, distant_target};
-use crate::trace::simd::{LANES, Lanes, V3, Wide, set_lane};
+use crate::trace::simd::{LANES, Lanes, V3, set_lane};
 
 /// A lamp in every lane.
 #[derive(Clone, Copy, Debug)]
@@ -87,7 +87,7 @@ impl<L: Lanes> LampLanes<L> {
     }
 }
 
-impl<L: Wide> LampLanes<L> {
+impl<L: Lanes> LampLanes<L> {
     #[inline(always)]
     pub(super) fn gather(lamps: [&Lamp; LANES]) -> Self {
         let mut columns = [[[0.0; LANES]; 3]; 6];

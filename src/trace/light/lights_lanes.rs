@@ -1,15 +1,17 @@
-//! One light of all, towards eight points.
+//! One light of all towards points, one or eight side by side.
 
 use super::lamp_lanes::{LampLanes, LightSampleBatch, LightSampleLanes};
 use super::lights::Lights;
 use super::sample::LightSample;
-use crate::trace::simd::{LANES, V3, Wide, lane, set_lane};
+use crate::trace::simd::{LANES, Lanes, V3, lane, set_lane};
 
 impl Lights {
-    /// As [`Self::sample`] for eight points.
+    /// Light of one light, chosen by power, towards each point: as [`Self::sample`].
     #[inline(always)]
-    pub fn sample_eight<L: Wide>(&self, from: V3<L>, pick: &[f32; LANES], u: [L; 2]) -> LightSampleBatch<L> {
-        let Some(first) = self.lamps.first().filter(|_| self.sky.is_none()) else {
+    pub fn sample_lanes<L: Lanes>(&self, from: V3<L>, pick: L, u: [L; 2]) -> LightSampleBatch<L> {
+        let pick = &pick.store();
+        // Lamps alone are sampled side by side.
+        let Some(first) = self.lamps.first().filter(|_| L::COUNT > 1 && self.sky.is_none()) else {
             return self.one_by_one(from, pick, u);
         };
         let chance = self.direct.chance(0);
@@ -31,11 +33,11 @@ impl Lights {
     }
 
     #[inline(always)]
-    fn one_by_one<L: Wide>(&self, from: V3<L>, pick: &[f32; LANES], u: [L; 2]) -> LightSampleBatch<L> {
+    fn one_by_one<L: Lanes>(&self, from: V3<L>, pick: &[f32; LANES], u: [L; 2]) -> LightSampleBatch<L> {
         let (from, u) = (from.store(), [u[0].store(), u[1].store()]);
         let (mut vectors, mut numbers) = ([[[0.0; LANES]; 3]; 3], [[0.0; LANES]; 2]);
         let (mut lights, mut good) = ([0; LANES], 0);
-        for i in 0..LANES {
+        for i in 0..L::COUNT {
             let Some(light) = self.sample(lane(&from, i), pick[i], [u[0][i], u[1][i]]) else { continue };
             let LightSample { direction, target, distance, contribution, pdf, light } = light;
             for (column, v) in vectors.iter_mut().zip([direction, target, contribution]) {

@@ -75,10 +75,22 @@ impl<L: Lanes> SurfacePointLanes<L> {
         }
     }
 
-    /// See [`SurfacePoint::leave`].
+    /// See [`SurfacePoint::offset_origin`].
     #[inline(always)]
     pub fn offset_origin(&self, direction: V3<L>) -> V3<L> {
         offset_origin(self.point, self.error, self.geometric_normal, direction)
+    }
+}
+
+impl From<&SurfacePoint> for SurfacePointLanes<f32> {
+    #[inline(always)]
+    fn from(point: &SurfacePoint) -> Self {
+        SurfacePointLanes {
+            point: point.point.into(),
+            error: point.error.into(),
+            geometric_normal: point.geometric_normal.into(),
+            shading_normal: point.shading_normal.into(),
+        }
     }
 }
 
@@ -92,12 +104,11 @@ impl SurfacePoint {
     /// A start for a ray that leaves towards `direction`, off the surface by no more than the rounding error.
     #[inline(always)]
     pub fn offset_origin(&self, direction: Vec3) -> Vec3 {
-        let [point, error, normal] = [self.point, self.error, self.geometric_normal].map(V3::<f32>::from);
-        offset_origin(point, error, normal, direction.into()).into()
+        SurfacePointLanes::from(self).offset_origin(direction.into()).into()
     }
 }
 
-/// See [`SurfacePoint::leave`].
+/// See [`SurfacePoint::offset_origin`].
 #[inline(always)]
 pub fn offset_origin<L: Lanes>(point: V3<L>, error: V3<L>, normal: V3<L>, direction: V3<L>) -> V3<L> {
     let zero = L::splat(0.0);

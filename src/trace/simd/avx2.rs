@@ -64,6 +64,7 @@ impl Neg for Avx2 {
 
 // SAFETY of every block in the implementations: see the module; loads and stores are of arrays of eight.
 impl Lanes for Avx2 {
+    const COUNT: usize = LANES;
     type Mask = __m256;
 
     #[inline(always)]
@@ -143,11 +144,6 @@ impl Lanes for Avx2 {
             Avx2(_mm256_blendv_ps(self.0, next, moves))
         }
     }
-}
-
-impl Wide for Avx2 {
-    type U32x8 = AvxU32x8;
-
     #[inline(always)]
     fn load(from: &[f32; LANES]) -> Self {
         Avx2(unsafe { _mm256_loadu_ps(from.as_ptr()) })
@@ -178,6 +174,11 @@ impl Wide for Avx2 {
             Avx2(_mm256_permutevar8x32_ps(self.0, order))
         }
     }
+}
+
+impl Wide for Avx2 {
+    type U32x8 = AvxU32x8;
+
     #[inline(always)]
     fn scale_sub(self, factor: Self, less: Self) -> Self {
         Avx2(unsafe { _mm256_fmsub_ps(self.0, factor.0, less.0) })

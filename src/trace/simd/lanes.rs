@@ -11,9 +11,15 @@ pub const LANES: usize = 8;
 pub trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
+    /// How many there are: 1 or [`LANES`].
+    const COUNT: usize;
     type Mask: Copy;
 
     fn splat(x: f32) -> Self;
+    /// The first [`Self::COUNT`] of eight numbers.
+    fn load(from: &[f32; LANES]) -> Self;
+    /// Eight numbers, of which the first [`Self::COUNT`] count.
+    fn store(self) -> [f32; LANES];
     /// `if self < other { self } else { other }`: the other where either is NaN.
     fn min(self, other: Self) -> Self;
     /// `if self > other { self } else { other }`: the other where either is NaN.
@@ -30,6 +36,20 @@ pub trait Lanes:
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     fn any(mask: Self::Mask) -> bool;
     fn not(mask: Self::Mask) -> Self::Mask;
+    /// Lane i is bit i.
+    fn bits(mask: Self::Mask) -> u32;
+    /// The mask that has these bits.
+    fn mask(bits: u32) -> Self::Mask;
+    /// The lanes that have a bit, moved to the front; what comes after them is any lane's.
+    #[inline(always)]
+    fn compress(self, which: u32) -> Self {
+        let (from, order) = (self.store(), &COMPRESS[which as usize & 255]);
+        let mut to = [0.0; LANES];
+        for (x, lane) in to.iter_mut().zip(order) {
+            *x = from[usize::from(lane & 7)];
+        }
+        Self::load(&to)
+    }
     /// The least number above, as [`f32::next_up`].
     fn next_up(self) -> Self;
     /// One of the lanes; there is no lane from the number of lanes on.
@@ -49,22 +69,6 @@ pub trait Wide: Lanes {
     /// Eight whole numbers beside them.
     type U32x8: U32x8<Floats = Self>;
 
-    fn load(from: &[f32; LANES]) -> Self;
-    fn store(self) -> [f32; LANES];
-    /// Lane i is bit i.
-    fn bits(mask: Self::Mask) -> u32;
-    /// The mask that has these bits.
-    fn mask(bits: u32) -> Self::Mask;
-    /// The lanes that have a bit, moved to the front; what comes after them is any lane's.
-    #[inline(always)]
-    fn compress(self, which: u32) -> Self {
-        let (from, order) = (self.store(), &COMPRESS[which as usize & 255]);
-        let mut to = [0.0; LANES];
-        for (x, lane) in to.iter_mut().zip(order) {
-            *x = from[usize::from(lane & 7)];
-        }
-        Self::load(&to)
-    }
     /// The least lane; no lane is NaN.
     #[inline(always)]
     fn reduce_min(self) -> f32 {
@@ -101,7 +105,7 @@ pub fn lane([x, y, z]: &[[f32; LANES]; 3], i: usize) -> Vec3 {
 
 /// Lanes with these bits.
 #[inline(always)]
-pub fn lanes_from_bits<L: Wide>(words: &[u32; LANES]) -> L {
+pub fn lanes_from_bits<L: Lanes>(words: &[u32; LANES]) -> L {
     let mut numbers = [0.0; LANES];
     for (x, bits) in numbers.iter_mut().zip(words) {
         *x = f32::from_bits(*bits);
@@ -111,7 +115,7 @@ pub fn lanes_from_bits<L: Wide>(words: &[u32; LANES]) -> L {
 
 /// The bits of lanes.
 #[inline(always)]
-pub fn lanes_to_bits<L: Wide>(lanes: L) -> [u32; LANES] {
+pub fn lanes_to_bits<L: Lanes>(lanes: L) -> [u32; LANES] {
     let mut words = [0; LANES];
     for (bits, x) in words.iter_mut().zip(&lanes.store()) {
         *bits = x.to_bits();
@@ -126,11 +130,32 @@ pub fn set_lane([x, y, z]: &mut [[f32; LANES]; 3], i: usize, v: Vec3) {
 }
 
 impl Lanes for f32 {
+    const COUNT: usize = 1;
     type Mask = bool;
 
     #[inline(always)]
     fn splat(x: f32) -> Self {
         x
+    }
+    #[inline(always)]
+    fn load(from: &[f32; LANES]) -> Self {
+        from[0]
+    }
+    #[inline(always)]
+    fn store(self) -> [f32; LANES] {
+        [self; LANES]
+    }
+    #[inline(always)]
+    fn bits(mask: bool) -> u32 {
+        u32::from(mask)
+    }
+    #[inline(always)]
+    fn mask(bits: u32) -> bool {
+        bits & 1 == 1
+    }
+    #[inline(always)]
+    fn compress(self, _: u32) -> Self {
+        self
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {

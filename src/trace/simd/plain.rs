@@ -44,6 +44,7 @@ impl Neg for Plain {
 }
 
 impl Lanes for Plain {
+    const COUNT: usize = LANES;
     type Mask = u32;
 
     #[inline(always)]
@@ -114,11 +115,6 @@ impl Lanes for Plain {
     fn next_up(self) -> Self {
         Plain(self.0.map(f32::next_up))
     }
-}
-
-impl Wide for Plain {
-    type U32x8 = PlainU32x8<Self>;
-
     #[inline(always)]
     fn load(from: &[f32; LANES]) -> Self {
         Plain(*from)
@@ -135,6 +131,11 @@ impl Wide for Plain {
     fn mask(bits: u32) -> u32 {
         bits & ((1 << LANES) - 1)
     }
+}
+
+impl Wide for Plain {
+    type U32x8 = PlainU32x8<Self>;
+
     #[inline(always)]
     fn scale_sub(self, factor: Self, less: Self) -> Self {
         self * factor - less

@@ -45,6 +45,7 @@ impl Sse2 {
 
 // SAFETY of every block in the implementations: see the module; loads and stores are of arrays of eight.
 impl Lanes for Sse2 {
+    const COUNT: usize = LANES;
     type Mask = [__m128; 2];
 
     #[inline(always)]
@@ -116,11 +117,6 @@ impl Lanes for Sse2 {
     fn next_up(self) -> Self {
         Self::load(&self.store().map(f32::next_up))
     }
-}
-
-impl Wide for Sse2 {
-    type U32x8 = PlainU32x8<Self>;
-
     #[inline(always)]
     fn load(from: &[f32; LANES]) -> Self {
         let p = from.as_ptr();
@@ -149,6 +145,11 @@ impl Wide for Sse2 {
             _mm_castsi128_ps(_mm_cmpeq_epi32(set, own))
         })
     }
+}
+
+impl Wide for Sse2 {
+    type U32x8 = PlainU32x8<Self>;
+
     #[inline(always)]
     fn scale_sub(self, factor: Self, less: Self) -> Self {
         self * factor - less

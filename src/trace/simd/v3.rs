@@ -4,7 +4,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use glam::Vec3;
 
-use super::lanes::{LANES, Lanes, Wide};
+use super::lanes::{LANES, Lanes};
 
 /// Three coordinates.
 #[derive(Clone, Copy, Debug)]
@@ -81,7 +81,7 @@ impl<L: Lanes> V3<L> {
     }
 }
 
-impl<L: Wide> V3<L> {
+impl<L: Lanes> V3<L> {
     #[inline(always)]
     pub fn load([x, y, z]: &[[f32; LANES]; 3]) -> Self {
         V3 { x: L::load(x), y: L::load(y), z: L::load(z) }

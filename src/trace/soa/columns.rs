@@ -5,7 +5,7 @@
     reason = "iterators of arrays may be left out of the function with AVX2: see Kernel"
 )]
 
-use crate::trace::simd::{LANES, Wide};
+use crate::trace::simd::{LANES, Lanes};
 
 /// Rows of `N` numbers. Columns are longer than there are rows by a group of lanes at least: any eight that begin among
 /// the rows can be loaded and put down, whatever the last of them hold.
@@ -86,13 +86,13 @@ impl<const N: usize> Columns<N> {
 
     /// Eight of a column from row `i` on.
     #[inline(always)]
-    pub fn eight<L: Wide>(&self, column: usize, i: usize) -> L {
+    pub fn eight<L: Lanes>(&self, column: usize, i: usize) -> L {
         L::load(eight(&self.columns[column][i..]))
     }
 
     /// The eight rows from `i` on.
     #[inline(always)]
-    pub fn rows<L: Wide>(&self, i: usize) -> [L; N] {
+    pub fn rows<L: Lanes>(&self, i: usize) -> [L; N] {
         let mut rows = [L::splat(0.0); N];
         for c in 0..N {
             rows[c] = self.eight(c, i);
@@ -102,7 +102,7 @@ impl<const N: usize> Columns<N> {
 
     /// Rows anywhere.
     #[inline(always)]
-    pub fn gathered<L: Wide>(&self, numbers: &[usize; LANES]) -> [L; N] {
+    pub fn gathered<L: Lanes>(&self, numbers: &[usize; LANES]) -> [L; N] {
         let mut rows = [L::splat(0.0); N];
         for c in 0..N {
             let column = &self.columns[c][..];
@@ -117,7 +117,7 @@ impl<const N: usize> Columns<N> {
 
     /// Overwrites the eight rows from `i` on.
     #[inline(always)]
-    pub fn store<L: Wide>(&mut self, i: usize, rows: &[L; N]) {
+    pub fn store<L: Lanes>(&mut self, i: usize, rows: &[L; N]) {
         for c in 0..N {
             *eight_mut(&mut self.columns[c][i..]) = rows[c].store();
         }
@@ -125,9 +125,13 @@ impl<const N: usize> Columns<N> {
 
     /// Adds the lanes that have a bit as rows, in their order.
     #[inline(always)]
-    pub fn compress_store<L: Wide>(&mut self, which: u32, rows: &[L; N]) {
+    pub fn compress_store<L: Lanes>(&mut self, which: u32, rows: &[L; N]) {
         for c in 0..N {
-            *eight_mut(&mut self.columns[c][self.len..]) = rows[c].compress(which).store();
+            if L::COUNT == 1 {
+                self.columns[c][self.len] = rows[c].store()[0];
+            } else {
+                *eight_mut(&mut self.columns[c][self.len..]) = rows[c].compress(which).store();
+            }
         }
         self.len += which.count_ones() as usize;
         self.grow();

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::trace::simd::{V3, Wide};
+use crate::trace::simd::{Lanes, V3};
 
 /// A value that takes some columns of 32 bits each.
 ///
@@ -11,21 +11,21 @@ pub trait Field: Copy {
     /// How many columns it takes.
     const COLUMNS: usize;
     /// Eight of it side by side; whole numbers by their bits.
-    type Lanes<L: Wide>: Copy;
+    type Side<L: Lanes>: Copy;
 
     /// Writes it into a row, from column `at` on.
     fn put<const N: usize>(self, row: &mut [f32; N], at: usize);
     /// Reads it from a row, from column `at` on.
     fn take<const N: usize>(row: &[f32; N], at: usize) -> Self;
     /// As [`Self::put`], for eight rows.
-    fn put_lanes<L: Wide, const N: usize>(lanes: Self::Lanes<L>, rows: &mut [L; N], at: usize);
+    fn put_lanes<L: Lanes, const N: usize>(lanes: Self::Side<L>, rows: &mut [L; N], at: usize);
     /// As [`Self::take`], for eight rows.
-    fn take_lanes<L: Wide, const N: usize>(rows: &[L; N], at: usize) -> Self::Lanes<L>;
+    fn take_lanes<L: Lanes, const N: usize>(rows: &[L; N], at: usize) -> Self::Side<L>;
 }
 
 impl Field for f32 {
     const COLUMNS: usize = 1;
-    type Lanes<L: Wide> = L;
+    type Side<L: Lanes> = L;
 
     #[inline(always)]
     fn put<const N: usize>(self, row: &mut [f32; N], at: usize) {
@@ -36,18 +36,18 @@ impl Field for f32 {
         row[at]
     }
     #[inline(always)]
-    fn put_lanes<L: Wide, const N: usize>(lanes: L, rows: &mut [L; N], at: usize) {
+    fn put_lanes<L: Lanes, const N: usize>(lanes: L, rows: &mut [L; N], at: usize) {
         rows[at] = lanes;
     }
     #[inline(always)]
-    fn take_lanes<L: Wide, const N: usize>(rows: &[L; N], at: usize) -> L {
+    fn take_lanes<L: Lanes, const N: usize>(rows: &[L; N], at: usize) -> L {
         rows[at]
     }
 }
 
 impl Field for u32 {
     const COLUMNS: usize = 1;
-    type Lanes<L: Wide> = L;
+    type Side<L: Lanes> = L;
 
     #[inline(always)]
     fn put<const N: usize>(self, row: &mut [f32; N], at: usize) {
@@ -58,18 +58,18 @@ impl Field for u32 {
         row[at].to_bits()
     }
     #[inline(always)]
-    fn put_lanes<L: Wide, const N: usize>(lanes: L, rows: &mut [L; N], at: usize) {
+    fn put_lanes<L: Lanes, const N: usize>(lanes: L, rows: &mut [L; N], at: usize) {
         rows[at] = lanes;
     }
     #[inline(always)]
-    fn take_lanes<L: Wide, const N: usize>(rows: &[L; N], at: usize) -> L {
+    fn take_lanes<L: Lanes, const N: usize>(rows: &[L; N], at: usize) -> L {
         rows[at]
     }
 }
 
 impl Field for Vec3 {
     const COLUMNS: usize = 3;
-    type Lanes<L: Wide> = V3<L>;
+    type Side<L: Lanes> = V3<L>;
 
     #[inline(always)]
     fn put<const N: usize>(self, row: &mut [f32; N], at: usize) {
@@ -80,11 +80,11 @@ impl Field for Vec3 {
         Vec3::new(row[at], row[at + 1], row[at + 2])
     }
     #[inline(always)]
-    fn put_lanes<L: Wide, const N: usize>(lanes: V3<L>, rows: &mut [L; N], at: usize) {
+    fn put_lanes<L: Lanes, const N: usize>(lanes: V3<L>, rows: &mut [L; N], at: usize) {
         (rows[at], rows[at + 1], rows[at + 2]) = (lanes.x, lanes.y, lanes.z);
     }
     #[inline(always)]
-    fn take_lanes<L: Wide, const N: usize>(rows: &[L; N], at: usize) -> V3<L> {
+    fn take_lanes<L: Lanes, const N: usize>(rows: &[L; N], at: usize) -> V3<L> {
         V3 { x: rows[at], y: rows[at + 1], z: rows[at + 2] }
     }
 }
@@ -107,8 +107,8 @@ macro_rules! work_item {
 
         #[doc = concat!("Eight of [`", stringify!($One), "`] side by side; whole numbers by their bits.")]
         #[derive(Clone, Copy, Debug)]
-        pub struct $Lanes<L: $crate::trace::simd::Wide> {
-            $( pub $field: <$Type as $crate::trace::soa::Field>::Lanes<L>, )*
+        pub struct $Lanes<L: $crate::trace::simd::Lanes> {
+            $( pub $field: <$Type as $crate::trace::soa::Field>::Side<L>, )*
         }
 
         #[doc = concat!("Many of [`", stringify!($One), "`], column by column.")]
@@ -117,7 +117,7 @@ macro_rules! work_item {
 
         #[allow(dead_code, reason = "what is generated is the same for all work items, and none uses all of it")]
         const _: () = {
-            use $crate::trace::simd::{LANES, Wide};
+            use $crate::trace::simd::{LANES, Lanes};
             use $crate::trace::soa::Field;
 
             /// The first column of every field.
@@ -152,7 +152,7 @@ macro_rules! work_item {
                 }
             }
 
-            impl<L: Wide> $Lanes<L> {
+            impl<L: Lanes> $Lanes<L> {
                 #[inline(always)]
                 fn rows(&self) -> [L; $One::COLUMNS] {
                     let mut rows = [L::splat(0.0); $One::COLUMNS];
@@ -173,6 +173,14 @@ macro_rules! work_item {
                         *lanes = L::splat(*x);
                     }
                     Self::of_rows(&rows)
+                }
+            }
+
+            impl $Lanes<f32> {
+                /// The one that is in the only lane.
+                #[inline(always)]
+                pub fn single(&self) -> $One {
+                    $One::of_row(&self.rows())
                 }
             }
 
@@ -213,32 +221,32 @@ macro_rules! work_item {
 
                 /// The eight from number `i` on.
                 #[inline(always)]
-                pub fn lanes<L: Wide>(&self, i: usize) -> $Lanes<L> {
+                pub fn lanes<L: Lanes>(&self, i: usize) -> $Lanes<L> {
                     $Lanes::of_rows(&self.0.rows(i))
                 }
 
                 /// Eight of them anywhere.
                 #[inline(always)]
-                pub fn gather<L: Wide>(&self, numbers: &[usize; LANES]) -> $Lanes<L> {
+                pub fn gather<L: Lanes>(&self, numbers: &[usize; LANES]) -> $Lanes<L> {
                     $Lanes::of_rows(&self.0.gathered(numbers))
                 }
 
                 /// Overwrites the eight from number `i` on.
                 #[inline(always)]
-                pub fn store<L: Wide>(&mut self, i: usize, lanes: &$Lanes<L>) {
+                pub fn store<L: Lanes>(&mut self, i: usize, lanes: &$Lanes<L>) {
                     self.0.store(i, &lanes.rows());
                 }
 
                 /// Adds those of the lanes that have a bit, in their order.
                 #[inline(always)]
-                pub fn compress_store<L: Wide>(&mut self, which: u32, lanes: &$Lanes<L>) {
+                pub fn compress_store<L: Lanes>(&mut self, which: u32, lanes: &$Lanes<L>) {
                     self.0.compress_store(which, &lanes.rows());
                 }
 
                 $(
                     #[doc = concat!("`", stringify!($field), "` of the eight from number `i` on.")]
                     #[inline(always)]
-                    pub fn $field<L: Wide>(&self, i: usize) -> <$Type as Field>::Lanes<L> {
+                    pub fn $field<L: Lanes>(&self, i: usize) -> <$Type as Field>::Side<L> {
                         let mut rows = [L::splat(0.0); $One::COLUMNS];
                         let first = $One::OFFSETS.$field;
                         for column in first..first + <$Type as Field>::COLUMNS {

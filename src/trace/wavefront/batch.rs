@@ -4,6 +4,7 @@ use super::context::RenderContext;
 use super::interaction::LEAST_FACING;
 use super::path_state::PathStateLanes;
 use super::ray_queue::RayQueue;
+use crate::trace::material::ShadingParams;
 use crate::trace::primitive::{SurfacePoint, SurfacePointLanes};
 use crate::trace::sampler::{SampleLanes, SampleSet};
 use crate::trace::simd::{LANES, V3, Wide, lane, lanes, lanes_to_bits, set_lane};
@@ -24,6 +25,8 @@ pub struct ShadingInput<'a> {
 
 /// Eight hits, the last ones repeated where there are fewer.
 pub struct ShadingBatch<'a, L: Wide> {
+    /// Where they come from.
+    input: ShadingInput<'a>,
     /// Cones are those at the hits.
     pub states: PathStateLanes<L>,
     /// Of the rays.
@@ -32,7 +35,7 @@ pub struct ShadingBatch<'a, L: Wide> {
     pub points: SurfacePointLanes<L>,
     /// The normal that light is counted about on paths.
     pub normal: V3<L>,
-    pub materials: [u32; LANES],
+    materials: [u32; LANES],
     /// Numbers of the rays.
     rays: [usize; LANES],
     pub albedo: V3<L>,
@@ -65,6 +68,7 @@ impl<'a> ShadingInput<'a> {
         states.cone.width = states.cone.width + states.cone.spread * hits.t;
         let trusted = points.shading_normal.dot(direction).lt(L::splat(-LEAST_FACING));
         ShadingBatch {
+            input: *self,
             direction,
             normal: V3::select(trusted, points.shading_normal, points.geometric_normal),
             points,
@@ -78,37 +82,43 @@ impl<'a> ShadingInput<'a> {
     }
 }
 
-impl ShadingInput<'_> {
-    /// As [`SurfaceInteraction::smooth_start`](super::SurfaceInteraction::smooth_start), for these lanes of a group: which
-    /// of them have such a start, and all `origins` with theirs in place of what is there.
+impl<L: Wide> ShadingBatch<'_, L> {
+    /// What the surface of one lane is of.
     #[inline(always)]
-    pub fn smooth_starts<L: Wide>(&self, group: &ShadingBatch<L>, bits: u32, origins: V3<L>) -> (u32, V3<L>) {
-        let SurfacePointLanes { point, error, geometric_normal, shading_normal } = &group.points;
-        let points = [*point, *error, *geometric_normal, *shading_normal].map(V3::store);
-        let mut origins = origins.store();
-        let found = self.each_smooth_start(&group.rays, &points, bits, &mut origins);
-        (found, V3::load(&origins))
+    pub fn material(&self, lane: usize) -> &ShadingParams {
+        &self.input.context.materials[self.materials[lane] as usize]
     }
 
-    /// Light behind a surface that its smooth normals face is rare: lane by lane is soon enough.
-    #[cold]
-    fn each_smooth_start(
-        &self,
-        rays: &[usize; LANES],
-        points: &[[[f32; LANES]; 3]; 4],
-        bits: u32,
-        origins: &mut [[f32; LANES]; 3],
-    ) -> u32 {
-        let mut found = 0;
-        for i in lanes(bits) {
-            let Some(hit) = self.hits.get(rays[i]) else { continue };
-            let [point, error, geometric_normal, shading_normal] = [0, 1, 2, 3].map(|k: usize| lane(&points[k], i));
-            let surface = SurfacePoint { point, error, geometric_normal, shading_normal, ..SurfacePoint::default() };
-            if let Some(start) = self.context.geometry.smooth_start(&hit, &surface) {
-                found |= 1 << i;
-                set_lane(origins, i, start);
-            }
-        }
-        found
+    /// As [`SurfaceInteraction::smooth_start`](super::SurfaceInteraction::smooth_start), for the lanes that have a bit:
+    /// which of them have such a start, and all `origins` with theirs in place of what is there.
+    #[inline(always)]
+    pub fn smooth_starts(&self, bits: u32, origins: V3<L>) -> (u32, V3<L>) {
+        let SurfacePointLanes { point, error, geometric_normal, shading_normal } = &self.points;
+        let points = [*point, *error, *geometric_normal, *shading_normal].map(V3::store);
+        let mut origins = origins.store();
+        let found = each_smooth_start(&self.input, &self.rays, &points, bits, &mut origins);
+        (found, V3::load(&origins))
     }
+}
+
+/// Light behind a surface that its smooth normals face is rare: lane by lane is soon enough.
+#[cold]
+fn each_smooth_start(
+    input: &ShadingInput,
+    rays: &[usize; LANES],
+    points: &[[[f32; LANES]; 3]; 4],
+    bits: u32,
+    origins: &mut [[f32; LANES]; 3],
+) -> u32 {
+    let mut found = 0;
+    for i in lanes(bits) {
+        let Some(hit) = input.hits.get(rays[i]) else { continue };
+        let [point, error, geometric_normal, shading_normal] = [0, 1, 2, 3].map(|k: usize| lane(&points[k], i));
+        let surface = SurfacePoint { point, error, geometric_normal, shading_normal, ..SurfacePoint::default() };
+        if let Some(start) = input.context.geometry.smooth_start(&hit, &surface) {
+            found |= 1 << i;
+            set_lane(origins, i, start);
+        }
+    }
+    found
 }

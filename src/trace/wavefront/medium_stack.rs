@@ -7,7 +7,7 @@
 
 use crate::trace::material::ShadingParams;
 use crate::trace::primitive::Tag;
-use crate::trace::simd::Wide;
+use crate::trace::simd::Lanes;
 use crate::trace::soa::Field;
 
 /// Bits of an entry: the number of a material and one more, 0 for none.
@@ -29,6 +29,12 @@ impl MediumStack {
     #[inline(always)]
     pub fn is_air(self) -> bool {
         self.0 == 0
+    }
+
+    /// The lower half of its bits, and the upper one, as columns hold them.
+    #[inline(always)]
+    pub fn halves(self) -> [f32; 2] {
+        [f32::from_bits(self.0 as u32), f32::from_bits((self.0 >> 32) as u32)]
     }
 
     fn entries(self) -> impl Iterator<Item = u64> {
@@ -98,22 +104,22 @@ impl Crossing {
 /// The lower half of its bits, and the upper one.
 impl Field for MediumStack {
     const COLUMNS: usize = 2;
-    type Lanes<L: Wide> = [L; 2];
+    type Side<L: Lanes> = [L; 2];
 
     #[inline(always)]
     fn put<const N: usize>(self, row: &mut [f32; N], at: usize) {
-        (row[at], row[at + 1]) = (f32::from_bits(self.0 as u32), f32::from_bits((self.0 >> 32) as u32));
+        [row[at], row[at + 1]] = self.halves();
     }
     #[inline(always)]
     fn take<const N: usize>(row: &[f32; N], at: usize) -> Self {
         MediumStack(u64::from(row[at].to_bits()) | u64::from(row[at + 1].to_bits()) << 32)
     }
     #[inline(always)]
-    fn put_lanes<L: Wide, const N: usize>(lanes: [L; 2], rows: &mut [L; N], at: usize) {
+    fn put_lanes<L: Lanes, const N: usize>(lanes: [L; 2], rows: &mut [L; N], at: usize) {
         (rows[at], rows[at + 1]) = (lanes[0], lanes[1]);
     }
     #[inline(always)]
-    fn take_lanes<L: Wide, const N: usize>(rows: &[L; N], at: usize) -> [L; 2] {
+    fn take_lanes<L: Lanes, const N: usize>(rows: &[L; N], at: usize) -> [L; 2] {
         [rows[at], rows[at + 1]]
     }
 }

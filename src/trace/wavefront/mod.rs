@@ -10,7 +10,9 @@
 //! | `camera_rays` | the first rays of samples |
 //! | `classify` | which rays want a look of their own |
 //! | `interaction`, `batch` | hits to be shaded: one, and eight side by side |
-//! | `lambert`, `blinn_phong` | shading in lanes: paths, and Whitted and distribution pictures |
+//! | `shaded_hits` | [`ShadedHits`]: what shading asks of either, so that it is written once |
+//! | `path_shading`, `lamp_shading` | that shading: of paths, and of Whitted and distribution pictures |
+//! | `lambert`, `blinn_phong` | the surfaces that are shaded eight at a time |
 //! | `shadow_ray_queue`, `shadow_rays` | shadow rays, and what gets through |
 //! | `holes` | surfaces that are not there everywhere, and the rays that go on behind them |
 //! | `feature` | what a camera ray meets first, for the film's layers |
@@ -25,9 +27,12 @@ mod feature;
 mod holes;
 mod interaction;
 mod lambert;
+mod lamp_shading;
 mod medium_stack;
+mod path_shading;
 mod path_state;
 mod ray_queue;
+mod shaded_hits;
 mod shadow_ray_queue;
 mod shadow_rays;
 mod worker;
@@ -41,10 +46,13 @@ pub use context::{LightSampling, Noise, RenderContext, Settings};
 pub use feature::{first_hit_feature, scattered_albedo};
 pub use holes::{any_has_holes, pass_surfaces};
 pub use interaction::{SurfaceInteraction, shadow_ray_from};
-pub use lambert::{LambertKernel, MIN_ROULETTE_DEPTH};
+pub use lambert::LambertKernel;
+pub use lamp_shading::{BlinnPhongShading, LampShading, mirror_directions, push_mirrored, sample_lamp};
 pub use medium_stack::{Crossing, MediumStack};
+pub use path_shading::{BsdfLanes, Departure, DirectionSample, sample_direct, scatter};
 pub use path_state::{EmissionFilter, PathState};
 pub use ray_queue::RayQueue;
+pub use shaded_hits::ShadedHits;
 pub use shadow_ray_queue::{BATCH, ShadowRayQueue, accumulator_slot};
 pub use shadow_rays::trace_shadow_rays;
 pub use worker::Worker;

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::medium_stack::MediumStack;
 use crate::trace::material::texture::RayCone;
 use crate::trace::sampler::RayNode;
-use crate::trace::simd::{LANES, Wide, lanes_from_bits, lanes_to_bits};
+use crate::trace::simd::{LANES, Lanes, lanes_from_bits, lanes_to_bits};
 use crate::trace::soa::{Field, work_item};
 
 work_item! {
@@ -57,17 +57,16 @@ impl PathState {
         PathState { node, throughput: self.throughput * throughput, pdf: 0.0, ..*self }
     }
 
-    /// The cone of a ray whose direction was sampled with this density, 0 for the one possible direction: the wider the
-    /// lobe, the wider the cone.
+    /// See [`RayConeLanes::scattered`].
     pub fn scattered_cone(&self, pdf: f32) -> RayCone {
-        if pdf > 0.0 { self.cone.widened((0.5 / pdf.sqrt()).min(DIFFUSE_SPREAD)) } else { self.cone }
+        RayCone { spread: RayConeLanes::from(self.cone).scattered(pdf).spread, ..self.cone }
     }
 }
 
 /// The lower half of what stands for the node, and the upper one.
 impl Field for RayNode {
     const COLUMNS: usize = 2;
-    type Lanes<L: Wide> = [L; 2];
+    type Side<L: Lanes> = [L; 2];
 
     #[inline(always)]
     fn put<const N: usize>(self, row: &mut [f32; N], at: usize) {
@@ -79,11 +78,11 @@ impl Field for RayNode {
         RayNode::of_halves([row[at].to_bits(), row[at + 1].to_bits()])
     }
     #[inline(always)]
-    fn put_lanes<L: Wide, const N: usize>(lanes: [L; 2], rows: &mut [L; N], at: usize) {
+    fn put_lanes<L: Lanes, const N: usize>(lanes: [L; 2], rows: &mut [L; N], at: usize) {
         (rows[at], rows[at + 1]) = (lanes[0], lanes[1]);
     }
     #[inline(always)]
-    fn take_lanes<L: Wide, const N: usize>(rows: &[L; N], at: usize) -> [L; 2] {
+    fn take_lanes<L: Lanes, const N: usize>(rows: &[L; N], at: usize) -> [L; 2] {
         [rows[at], rows[at + 1]]
     }
 }
@@ -95,9 +94,26 @@ pub struct RayConeLanes<L> {
     pub spread: L,
 }
 
+impl<L: Lanes> RayConeLanes<L> {
+    /// The cones of rays whose directions were sampled with these densities, 0 for the one possible direction: the wider
+    /// the lobe, the wider the cone.
+    #[inline(always)]
+    pub fn scattered(self, pdf: L) -> Self {
+        let wider = self.spread + (L::splat(0.5) / pdf.sqrt()).min(L::splat(DIFFUSE_SPREAD));
+        RayConeLanes { spread: L::select(L::splat(0.0).lt(pdf), wider, self.spread), ..self }
+    }
+}
+
+impl From<RayCone> for RayConeLanes<f32> {
+    #[inline(always)]
+    fn from(RayCone { width, spread }: RayCone) -> Self {
+        RayConeLanes { width, spread }
+    }
+}
+
 impl Field for RayCone {
     const COLUMNS: usize = 2;
-    type Lanes<L: Wide> = RayConeLanes<L>;
+    type Side<L: Lanes> = RayConeLanes<L>;
 
     #[inline(always)]
     fn put<const N: usize>(self, row: &mut [f32; N], at: usize) {
@@ -108,18 +124,18 @@ impl Field for RayCone {
         RayCone { width: row[at], spread: row[at + 1] }
     }
     #[inline(always)]
-    fn put_lanes<L: Wide, const N: usize>(lanes: RayConeLanes<L>, rows: &mut [L; N], at: usize) {
+    fn put_lanes<L: Lanes, const N: usize>(lanes: RayConeLanes<L>, rows: &mut [L; N], at: usize) {
         (rows[at], rows[at + 1]) = (lanes.width, lanes.spread);
     }
     #[inline(always)]
-    fn take_lanes<L: Wide, const N: usize>(rows: &[L; N], at: usize) -> RayConeLanes<L> {
+    fn take_lanes<L: Lanes, const N: usize>(rows: &[L; N], at: usize) -> RayConeLanes<L> {
         RayConeLanes { width: rows[at], spread: rows[at + 1] }
     }
 }
 
 impl Field for EmissionFilter {
     const COLUMNS: usize = 1;
-    type Lanes<L: Wide> = L;
+    type Side<L: Lanes> = L;
 
     #[inline(always)]
     fn put<const N: usize>(self, row: &mut [f32; N], at: usize) {
@@ -134,16 +150,16 @@ impl Field for EmissionFilter {
         }
     }
     #[inline(always)]
-    fn put_lanes<L: Wide, const N: usize>(lanes: L, rows: &mut [L; N], at: usize) {
+    fn put_lanes<L: Lanes, const N: usize>(lanes: L, rows: &mut [L; N], at: usize) {
         rows[at] = lanes;
     }
     #[inline(always)]
-    fn take_lanes<L: Wide, const N: usize>(rows: &[L; N], at: usize) -> L {
+    fn take_lanes<L: Lanes, const N: usize>(rows: &[L; N], at: usize) -> L {
         rows[at]
     }
 }
 
-impl<L: Wide> PathStateLanes<L> {
+impl<L: Lanes> PathStateLanes<L> {
     /// As [`PathState::first`].
     #[inline(always)]
     pub fn first(samples: &[u32; LANES], cone: RayCone) -> Self {

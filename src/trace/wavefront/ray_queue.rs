@@ -1,7 +1,7 @@
 //! Rays on their way with their path states, column by column.
 
 use super::path_state::{PathState, PathStateLanes, PathStates};
-use crate::trace::simd::{V3, Wide};
+use crate::trace::simd::{Lanes, V3};
 use crate::trace::soa::{Ray, RayLanes, Rays};
 
 /// Rays on their way, and their path states.
@@ -20,7 +20,13 @@ impl RayQueue {
 
     /// Adds the endless rays of the lanes that have a bit.
     #[inline(always)]
-    pub fn compress_store<L: Wide>(&mut self, which: u32, origin: V3<L>, direction: V3<L>, states: &PathStateLanes<L>) {
+    pub fn compress_store<L: Lanes>(
+        &mut self,
+        which: u32,
+        origin: V3<L>,
+        direction: V3<L>,
+        states: &PathStateLanes<L>,
+    ) {
         self.rays.compress_store(which, &RayLanes { origin, direction, t_max: L::splat(f32::INFINITY) });
         self.states.compress_store(which, states);
     }
@@ -64,7 +70,7 @@ mod tests {
     use crate::trace::material::texture::RayCone;
     use crate::trace::primitive::Tag;
     use crate::trace::sampler::RayNode;
-    use crate::trace::simd::{Kernel, Width};
+    use crate::trace::simd::{Kernel, Wide, Width};
     use crate::trace::wavefront::medium_stack::{Crossing, MediumStack};
     use crate::trace::wavefront::path_state::EmissionFilter;
 

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::context::RenderContext;
-use crate::trace::simd::{LANES, V3, Wide, lanes_from_bits};
+use crate::trace::simd::{LANES, Lanes, V3, lanes_from_bits};
 use crate::trace::soa::{Ray, RayLanes, Rays, work_item};
 
 /// Where the light of a light group is added up for a sample.
@@ -67,7 +67,7 @@ impl ShadowRayQueue {
 
     /// Adds the rays of the lanes that have a bit, which belong to these samples and whose light goes to this group.
     #[inline(always)]
-    pub fn compress_store<L: Wide>(
+    pub fn compress_store<L: Lanes>(
         &mut self,
         context: RenderContext,
         which: u32,

@@ -4,11 +4,13 @@ use glam::Vec3;
 
 use super::pass::PhotonPass;
 use crate::trace::counters::Counters;
-use crate::trace::integrator::path::{self, ShadingContext};
+use crate::trace::integrator::path::{HitBsdf, scatter_one};
 use crate::trace::material::TransportMode;
 use crate::trace::material::bsdf::Bsdf;
 use crate::trace::sampler::Domain;
-use crate::trace::wavefront::{EmissionFilter, PathState, RayQueue, RenderContext, ShadowRayQueue, SurfaceInteraction};
+use crate::trace::wavefront::{
+    EmissionFilter, PathState, RayQueue, RenderContext, ShadowRayQueue, SurfaceInteraction, sample_direct,
+};
 
 /// Where light goes that a path finds, and the rays that follow.
 pub struct PathOutput<'a> {
@@ -27,27 +29,27 @@ pub fn shade(
     sinks: PathOutput,
     counters: &mut Counters,
 ) {
-    let bsdf = Bsdf::new(met.material, met.front, context.settings.fresnel, TransportMode::Radiance);
-    let (frame, wo) = met.frame();
+    let seen = HitBsdf::new(context, met, TransportMode::Radiance);
+    let HitBsdf { bsdf, frame, wo, .. } = &seen;
     let last = depth == context.settings.max_depth;
     let all = met.state.emission_filter == EmissionFilter::All;
     let lights = if all { context.lights } else { &photons.non_photon };
     if !bsdf.is_specular() && !sinks.shadows.is_empty() && !lights.is_empty() {
-        path::sample_direct(context, lights, met, &ShadingContext { bsdf, frame, wo, last }, sinks.shadows);
+        sample_direct(context, lights, (met, &seen), last, sinks.shadows);
     }
     if all && bsdf.is_diffuse() {
         let most_rays = context.settings.max_depth + 1 - depth;
-        let light = met.state.throughput * photons.gather(met, &bsdf, &frame, wo, most_rays);
+        let light = met.state.throughput * photons.gather(met, bsdf, frame, *wo, most_rays);
         *sinks.color += context.settings.clamps.limited(met.state.scatterings + 2.0, light);
     }
     if last || !(all || photons.goes_on) {
         return;
     }
-    let Some((ray, mut state)) = path::scatter(context, met, &bsdf, &frame, wo, depth, counters) else { return };
+    let Some((ray, mut state)) = scatter_one(context, &seen, depth, counters) else { return };
     if !all {
         state.emission_filter = EmissionFilter::NonPhoton;
     } else if state.pdf > 0.0 && bsdf.is_diffuse() {
-        divide(met, &bsdf, wo, frame.to_local(ray.direction), &mut state);
+        divide(met, bsdf, *wo, frame.to_local(ray.direction), &mut state);
     }
     if state.throughput != Vec3::ZERO {
         sinks.next.push(ray, state);

@@ -9,8 +9,7 @@ use super::map::Photon;
 use crate::base::limits;
 use crate::base::random::combine;
 use crate::trace::counters::Counters;
-use crate::trace::integrator::path;
-use crate::trace::material::bsdf::Bsdf;
+use crate::trace::integrator::path::{HitBsdf, scatter_one};
 use crate::trace::material::texture::RayCone;
 use crate::trace::material::{ShadingParams, TransportMode};
 use crate::trace::sampler::{Sampler, sobol};
@@ -158,9 +157,8 @@ impl<'a> PhotonTracer<'a> {
         let hit = *hit;
         let met =
             SurfaceInteraction { direction: ray.direction, state, surface, material, behind, hit, front, sampler };
-        let bsdf = Bsdf::new(material, front, context.settings.fresnel, TransportMode::Power);
-        let (frame, wo) = met.frame();
-        if rays > 1 && bsdf.is_diffuse() {
+        let seen = HitBsdf::new(context, &met, TransportMode::Power);
+        if rays > 1 && seen.bsdf.is_diffuse() {
             let landed = Photon {
                 position: surface.point,
                 toward: -ray.direction,
@@ -174,11 +172,11 @@ impl<'a> PhotonTracer<'a> {
             return None;
         }
         // Rays of photons are counted as such alone.
-        let (onward, mut state) = path::scatter(context, &met, &bsdf, &frame, wo, rays, &mut Counters::default())?;
+        let (onward, mut state) = scatter_one(context, &seen, rays, &mut Counters::default())?;
         self.scattered[photon] |= state.pdf > 0.0;
         // Light that is followed from the other end: smooth normals are not symmetric (Veach 1997, section 5.3.2).
-        let [(true_in, smooth_in), (true_out, smooth_out)] =
-            [-ray.direction, onward.direction].map(|d| (surface.geometric_normal.dot(d).abs(), frame.z.dot(d).abs()));
+        let [(true_in, smooth_in), (true_out, smooth_out)] = [-ray.direction, onward.direction]
+            .map(|d| (surface.geometric_normal.dot(d).abs(), seen.frame.z.dot(d).abs()));
         let correction = smooth_in * true_out / (true_in * smooth_out).max(1e-6);
         state.throughput *= correction.min(MOST_CORRECTED);
         Some((onward, state))
