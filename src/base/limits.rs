@@ -128,6 +128,9 @@ pub const TRIANGLES: usize = 100_000_000;
 /// Emissive primitives that are sampled as lights, triangles of instances included: past this they still emit, but
 /// their light is found only by rays that happen to meet them.
 pub const EMITTERS: usize = 4_000_000;
+/// Lights that a tree is built over for each frame, which takes about a microsecond a light: of more, one is chosen by
+/// power alone.
+pub const TREE_LIGHTS: usize = 250_000;
 /// Vertices of one NFF polygon: the largest of the standard databases has 144.
 pub const POLYGON_VERTICES: usize = 100_000;
 /// Folders above that of a P3F scene in which the folder of its sky is looked for: courses put both into one project.

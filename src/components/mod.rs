@@ -35,7 +35,7 @@ pub use material::{Material, MaterialName, Model};
 pub use mesh::{FaceSet, Mesh, MeshData, Piece};
 pub use mip_map::{ImageCache, ImagePlane, MipLevel, MipMap, Texels};
 pub use record::{Check, FieldClass, FieldError, Invalid, Record};
-pub use render::{Accel, Fresnel, Integrator, Render, Shadows, Transfer};
+pub use render::{Accel, Fresnel, Integrator, LightSampler, Render, Shadows, Transfer};
 pub use shapes::{AABox, Cone, Cylinder, Plane, Reach, Shape, Sphere, Triangle};
 pub use skin::{Influences, Morph, MorphData, MorphTarget, Skin, SkinData};
 pub use texture::{Axes, Channel, Encoding, Pattern, Space, TexelFilter, Texture, Wrap};

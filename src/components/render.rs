@@ -41,6 +41,18 @@ choice! {
 }
 
 choice! {
+    /// How paths choose which light they sample at a hit, where there are more than 8 of them; of fewer, one is chosen by
+    /// power. The mean of the picture is the same.
+    pub enum LightSampler {
+        /// By power alone.
+        Power,
+        /// By what each is estimated to bring to the hit: by distance and direction, too (Conty and Kulla, HPG 2018). 2,000
+        /// lamps are as little noisy as the few that are near.
+        Bvh,
+    }
+}
+
+choice! {
     /// How a transparent surface splits light into reflected and refracted.
     pub enum Fresnel {
         /// The Fresnel equations for unpolarised light.
@@ -100,6 +112,8 @@ record! {
         /// follow fainter ones, of which glass makes more at every depth. 0 follows all of them; 0.00002 does not show
         /// and keeps a `max_depth` of 64 nearly as cheap as one of 12.
         pub min_weight: f64 = 0.0,
+        /// How paths choose which of many lights they sample.
+        pub light_sampler: LightSampler = LightSampler::Bvh,
         /// Where on an area light a shadow ray ends.
         pub shadows: Shadows = Shadows::Auto,
         /// Points on each light where `Fixed` shadows are used, rounded down to a square.

@@ -250,7 +250,8 @@ pub fn render_samples(
     partial.light_groups.assign_materials(&mut materials);
     let lights = Lights::new(lights::lights(stage, &partial.light_groups)?, &geometry, &materials)
         .under(environment.as_ref(), &geometry)
-        .environment_in_group(environment_group);
+        .environment_in_group(environment_group)
+        .chosen_by(settings.light_sampler);
     let filter = FilterTable::new(settings.filter, settings.filter_width());
     let context = RenderContext {
         geometry: &geometry,

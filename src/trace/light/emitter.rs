@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::base::limits;
 use crate::trace::material::ShadingParams;
-use crate::trace::primitive::{AreaSample, AreaShape, Geometry, ROUNDING, Sides, SurfacePoint, Tag};
+use crate::trace::primitive::{AreaSample, AreaShape, Bounds, Geometry, ROUNDING, Sides, SurfacePoint, Tag};
 
 /// A primitive, or a triangle of an instance, that emits light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,6 +40,16 @@ pub fn emitters(geometry: &Geometry, materials: &[ShadingParams]) -> Vec<Emitter
 impl Emitter {
     pub fn area(&self) -> f32 {
         self.shape.area()
+    }
+
+    /// The box around it, in the space that is traced.
+    pub fn bounds(&self) -> Bounds {
+        self.shape.area_bounds()
+    }
+
+    /// The normal of one that is flat, towards its front.
+    pub fn flat_normal(&self) -> Option<Vec3> {
+        (!self.shape.is_closed()).then(|| self.shape.point([0.5; 2]).1)
     }
 
     /// How many sides emit light.

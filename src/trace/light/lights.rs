@@ -11,7 +11,9 @@ use super::distribution::DiscreteDistribution;
 use super::emitter::{Emitter, emitters};
 use super::lamp::Lamp;
 use super::lamp_lanes::{LampLanes, LightSampleLanes};
+use super::many::ManyLights;
 use super::sample::{EmittedPhoton, LightSample};
+use crate::components::LightSampler;
 use crate::trace::light::environment::Environment;
 use crate::trace::material::ShadingParams;
 use crate::trace::primitive::{Geometry, PrimitiveKind, SurfacePoint};
@@ -28,6 +30,8 @@ pub struct Lights {
     emitters: Vec<Emitter>,
     /// For light towards a point, and for photons.
     pub direct: DiscreteDistribution,
+    /// In its place, where there are many lights.
+    many: Option<ManyLights>,
     photon: DiscreteDistribution,
     /// Lamps that rays meet.
     surfaces: Vec<u32>,
@@ -69,6 +73,7 @@ impl Lights {
             surfaces: (0..lamps.len() as u32).filter(|i| lamps[*i as usize].is_surface()).collect(),
             lamps,
             emitters,
+            many: None,
             first_instance: geometry.range(PrimitiveKind::Instance).start,
             sky: None,
             environment_group: 0,
@@ -92,6 +97,33 @@ impl Lights {
     /// The same lights, the light of what lies around the scene in a group of its own.
     pub fn environment_in_group(self, group: u32) -> Self {
         Lights { environment_group: group, ..self }
+    }
+
+    /// The same lights, one of many chosen in this way.
+    pub fn chosen_by(self, sampler: LightSampler) -> Self {
+        let many = match sampler {
+            LightSampler::Power => None,
+            LightSampler::Bvh => ManyLights::new(&self.lamps, &self.emitters),
+        };
+        Lights { many, ..self }
+    }
+
+    /// One that shines towards a point, for a number in 0..1, and the chance of it among all but the sky.
+    #[inline]
+    pub(super) fn choose(&self, from: Vec3, pick: f32) -> Option<(usize, f32)> {
+        match &self.many {
+            Some(many) => many.pick(from, pick),
+            None => self.direct.pick(pick).map(|(i, _)| (i, self.direct.chance(i))),
+        }
+    }
+
+    /// The chance that [`Self::choose`] gives a light.
+    #[inline]
+    fn chance(&self, from: Vec3, light: usize) -> f32 {
+        match &self.many {
+            Some(many) => many.chance(from, light),
+            None => self.direct.chance(light),
+        }
     }
 
     /// The light group of what lies around the scene.
@@ -138,8 +170,8 @@ impl Lights {
         if pick >= earthly {
             return self.sky_light(from, u);
         }
-        let (i, _) = self.direct.pick(pick / earthly)?;
-        let chance = self.direct.chance(i) * earthly;
+        let (i, chance) = self.choose(from, pick / earthly)?;
+        let chance = chance * earthly;
         match self.lamps.get(i) {
             Some(lamp) => from_lamp(lamp, from, chance, u, i as u32),
             None => from_emitter(&self.emitters[i - self.lamps.len()], from, chance, u, i as u32),
@@ -168,18 +200,24 @@ impl Lights {
     /// Density with which [`Self::sample`] takes the point of a shining primitive that a ray met; 0 for one that is
     /// never sampled.
     pub fn pdf(&self, ray: &Ray, hit: &Hit, surface: &SurfacePoint) -> f32 {
-        let key = |e: &Emitter| (e.primitive, e.element);
-        let element = if hit.primitive < self.first_instance { 0 } else { hit.element };
-        let Ok(i) = self.emitters.binary_search_by_key(&(hit.primitive, element), key) else { return 0.0 };
-        let chance = self.direct.chance(self.lamps.len() + i) * self.earthly();
+        let Some(i) = self.emitter_of(hit) else { return 0.0 };
+        let chance = self.chance(ray.origin, self.lamps.len() + i) * self.earthly();
         chance * self.emitters[i].pdf(ray.origin, surface.point, surface.geometric_normal)
+    }
+
+    /// The number of the emitter that was hit.
+    fn emitter_of(&self, hit: &Hit) -> Option<usize> {
+        let element = if hit.primitive < self.first_instance { 0 } else { hit.element };
+        self.emitters.binary_search_by_key(&(hit.primitive, element), |e| (e.primitive, e.element)).ok()
     }
 
     /// As [`Self::pdf`], of [`Self::sample_emitters`].
     pub fn pdf_emitters(&self, ray: &Ray, hit: &Hit, surface: &SurfacePoint) -> f32 {
         let first = self.lamps.len();
         let before = if first == 0 { 0.0 } else { self.direct.ends.get(first - 1).copied().unwrap_or(0.0) };
-        self.pdf(ray, hit, surface) / ((1.0 - before) * self.earthly()).max(1e-9)
+        let Some(i) = self.emitter_of(hit) else { return 0.0 };
+        let chance = self.direct.chance(first + i) / (1.0 - before).max(1e-9);
+        chance * self.emitters[i].pdf(ray.origin, surface.point, surface.geometric_normal)
     }
 
     /// Density with which [`Self::sample`] takes a direction to the sky.
@@ -210,7 +248,7 @@ impl Lights {
     pub fn crossed(&self, ray: &Ray, camera: bool, mut found: impl FnMut(Vec3, f32, f32, u32)) {
         for (i, lamp) in self.met(camera) {
             if let Some(t) = lamp.crossing(ray) {
-                let asked = self.direct.chance(i) * self.earthly() * lamp.pdf(ray.direction, t);
+                let asked = self.chance(ray.origin, i) * self.earthly() * lamp.pdf(ray.direction, t);
                 found(lamp.radiance(), t, asked, lamp.group);
             }
         }

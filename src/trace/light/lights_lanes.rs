@@ -20,12 +20,15 @@ impl Lights {
             return LightSampleBatch { all, lights: [0; LANES] };
         }
         let (mut lights, mut chances, mut lamps) = ([0; LANES], [1.0; LANES], [first; LANES]);
+        let points = from.store();
         let mut alike = true;
         for i in 0..LANES {
-            let Some((light, _)) = self.direct.pick(pick[i]).filter(|(light, _)| *light < self.lamps.len()) else {
+            let Some((light, chance)) =
+                self.choose(lane(&points, i), pick[i]).filter(|(light, _)| *light < self.lamps.len())
+            else {
                 return self.one_by_one(from, pick, u);
             };
-            (lights[i], chances[i], lamps[i]) = (light as u32, self.direct.chance(light), &self.lamps[light]);
+            (lights[i], chances[i], lamps[i]) = (light as u32, chance, &self.lamps[light]);
             alike &= lights[i] == lights[0];
         }
         let columns = if alike { LampLanes::splat(lamps[0]) } else { LampLanes::gather(lamps) };

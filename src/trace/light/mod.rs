@@ -6,7 +6,7 @@
 //! fall off cannot be met by rays and sends out no photons: it is only ever sampled. Lamps stop no rays.
 //!
 //! Spheres, triangles (of meshes too) and boxes that shine are sampled; other shapes that do are left to the rays that
-//! happen to meet them. [`Lights::sample`] is for light towards a point, [`Lights::emit`] for photons.
+//! happen to meet them. One of few lights is chosen by power, one of many by a tree (`many`, `tree`). [`Lights::sample`] is for light towards a point, [`Lights::emit`] for photons.
 
 mod cone;
 mod distribution;
@@ -16,7 +16,9 @@ mod lamp;
 mod lamp_lanes;
 mod lights;
 mod lights_lanes;
+mod many;
 mod sample;
+mod tree;
 
 pub use cone::LampCone;
 pub use emitter::Emitter;

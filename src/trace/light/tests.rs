@@ -4,7 +4,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::*;
-use crate::components::{Accel, Material, MeshData};
+use crate::components::{Accel, LightSampler, Material, MeshData};
 use crate::trace::accel::{Accelerator, TraversalScratch};
 use crate::trace::material::ShadingParams;
 use crate::trace::primitive::{Geometry, Sides, Tag};
@@ -173,4 +173,34 @@ fn lights_without_area_or_power_do_no_harm() {
     geometry.push_triangle(Tag::default(), [Vec3::ZERO, Vec3::X, Vec3::X * 2.0], None);
     geometry.finish();
     assert!(Lights::new(Vec::new(), &geometry, &shining(1.0)).is_empty());
+}
+
+/// However one of many lights is chosen, their light is the sum of all.
+#[test]
+fn many_lights_bring_what_they_bring_one_by_one() {
+    let all: Vec<Lamp> = (0..40)
+        .map(|i| {
+            let (x, z) = ((i % 8) as f32 * 0.7 - 2.5, (i / 8) as f32 * 0.9 - 2.0);
+            let edges = if i % 2 == 0 { [Vec3::ZERO; 2] } else { [Vec3::X * 0.2, Vec3::Z * 0.3] };
+            Lamp {
+                center: Vec3::new(x, 1.0 + 0.1 * i as f32, z),
+                inverse_square: i % 7 != 3,
+                ..lamp(edges, 0.1 * i as f32)
+            }
+        })
+        .collect();
+    let one = |lamp: &Lamp| irradiance(&Lights::new(vec![*lamp], &Geometry::default(), &[]));
+    let expected: f32 = all.iter().map(one).sum();
+    for sampler in [LightSampler::Power, LightSampler::Bvh] {
+        let lights = Lights::new(all.clone(), &Geometry::default(), &[]).chosen_by(sampler);
+        let n = 400_000;
+        let mut sum = 0.0;
+        for i in 0..n {
+            let number = |k: u64| crate::base::random::unit_f32(crate::base::random::hash_words([i, k]));
+            let light = lights.sample(Vec3::ZERO, number(0), [number(1), number(2)]);
+            sum += light.map_or(0.0, |l| f64::from(l.contribution.x * l.direction.y.max(0.0)));
+        }
+        let found = (sum / n as f64) as f32;
+        assert!((found / expected - 1.0).abs() < 0.01, "{sampler:?}: {found} {expected}");
+    }
 }

@@ -113,6 +113,10 @@ impl AreaSampling for BoxPrim {
         on_faces(self.min, self.max, [true; 6], u)
     }
 
+    fn area_bounds(&self) -> Bounds {
+        self.bounds()
+    }
+
     fn extent(&self) -> Vec3 {
         self.min.abs().max(self.max.abs())
     }

@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::bounds::Bounds;
+
 /// A point of a surface as it is seen from another point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AreaSample {
@@ -37,6 +39,8 @@ pub trait AreaSampling {
     fn area(&self) -> f32;
     /// A point by area for a point of the unit square, and the normal there, unit, towards the outside.
     fn point(&self, u: [f32; 2]) -> (Vec3, Vec3);
+    /// The box around all that is sampled.
+    fn area_bounds(&self) -> Bounds;
     /// Bound of its coordinates.
     fn extent(&self) -> Vec3;
 
@@ -63,6 +67,9 @@ impl AreaSampling for NoArea {
         match *self {}
     }
     fn point(&self, _: [f32; 2]) -> (Vec3, Vec3) {
+        match *self {}
+    }
+    fn area_bounds(&self) -> Bounds {
         match *self {}
     }
     fn extent(&self) -> Vec3 {

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::aabox::BoxPrim;
 use super::area::{AreaSample, AreaSampling, NoArea};
+use super::bounds::Bounds;
 use super::sphere::SpherePrim;
 use super::triangle::AreaTriangle;
 
@@ -28,6 +29,11 @@ macro_rules! area_shapes {
             /// As [`AreaSampling::point`].
             pub fn point(&self, u: [f32; 2]) -> (Vec3, Vec3) {
                 match self { $( AreaShape::$Shape(shape) => shape.point(u) ),* }
+            }
+
+            /// As [`AreaSampling::area_bounds`].
+            pub fn area_bounds(&self) -> Bounds {
+                match self { $( AreaShape::$Shape(shape) => shape.area_bounds() ),* }
             }
 
             /// As [`AreaSampling::extent`].

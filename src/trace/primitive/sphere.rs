@@ -131,6 +131,10 @@ impl AreaSampling for SpherePrim {
         (self.center + normal * self.radius, normal)
     }
 
+    fn area_bounds(&self) -> Bounds {
+        self.bounds()
+    }
+
     fn extent(&self) -> Vec3 {
         self.center.abs() + self.radius
     }

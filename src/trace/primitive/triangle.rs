@@ -315,6 +315,11 @@ impl AreaSampling for AreaTriangle {
         (self.corner + a * s + b * t, a.cross(b).normalize_or(Vec3::Y))
     }
 
+    fn area_bounds(&self) -> Bounds {
+        let ([a, b], corner) = (self.edges, self.corner);
+        Bounds::around(&[corner, corner + a, corner + b])
+    }
+
     fn extent(&self) -> Vec3 {
         let [a, b] = self.edges;
         self.corner.abs() + a.abs() + b.abs()
