@@ -84,6 +84,7 @@
 
 // Only `trace::simd`, the room with processor instructions in it, may.
 #![deny(unsafe_code)]
+#![warn(missing_docs)]
 
 pub mod base;
 pub mod cli;

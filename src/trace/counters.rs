@@ -3,11 +3,17 @@
 /// Numbers of rays and of the work they made. Sums do not depend on the order of addition.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
+    /// Rays from the camera.
     pub primary_rays: u64,
+    /// Those of them that met something.
     pub primary_hits: u64,
+    /// Rays towards lights.
     pub shadow_rays: u64,
+    /// Those of them that were stopped.
     pub shadow_hits: u64,
+    /// Rays off mirrors and gloss.
     pub reflection_rays: u64,
+    /// Rays through glass.
     pub refraction_rays: u64,
     /// Rays of paths that left a diffuse surface.
     pub diffuse_rays: u64,

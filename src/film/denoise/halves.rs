@@ -99,6 +99,7 @@ pub struct HalfPixel {
 /// A pixel in two halves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DenoisePixel {
+    /// Of every other sample each.
     pub halves: [HalfPixel; 2],
     /// Variance of the colour of one half by that of single samples: up to five times too much, as these are well spread.
     pub variance: Vec3,

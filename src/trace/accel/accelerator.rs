@@ -9,9 +9,13 @@ use crate::trace::primitive::{ClosestHit, Geometry, PreparedRay, PrimitiveKind};
 use crate::trace::simd::Width;
 use crate::trace::soa::{Hit, Hits, Ray, Rays};
 
+/// How rays find the primitives that they meet; every one finds the same hits.
 pub enum Accelerator {
+    /// Every primitive is asked.
     Brute,
+    /// A uniform grid (Amanatides and Woo 1987; Cleary and Wyvill 1988).
     Grid(Box<Grid>),
+    /// A hierarchy of boxes with eight children a node.
     Bvh(Box<Bvh>),
 }
 
@@ -59,6 +63,7 @@ impl Accelerator {
         }
     }
 
+    /// The accelerator as scenes and options call it.
     pub fn name(&self) -> &'static str {
         match self {
             Accelerator::Brute => "brute",

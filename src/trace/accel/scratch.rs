@@ -8,9 +8,11 @@ const SLOTS: usize = 64;
 
 /// What one thread owns while it walks through accelerators, and what that costs.
 pub struct TraversalScratch {
+    /// What was counted since they were taken last.
     pub counters: Counters,
     /// Primitive and ray of the last test in each slot; a slot that was taken over only costs a second test.
     pub mailbox: [(u32, u32); SLOTS],
+    /// The number of the ray whose marks count.
     pub ray: u32,
     /// Children of nodes that are still to be visited, nearest last.
     pub stack: Vec<u64>,
@@ -18,9 +20,11 @@ pub struct TraversalScratch {
     pub order: Vec<u32>,
     /// Rays of a batch without a packet, and room for streams of them.
     pub loose: LooseRays,
+    /// For many rays at once.
     pub streams: StreamScratch,
     /// Packets in a row whose rays parted ways, and how many to trace without one before the next attempt.
     pub failures: u32,
+    /// Streams that are not tried, since those before them did not pay.
     pub wait: u32,
 }
 
@@ -46,6 +50,7 @@ impl TraversalScratch {
         (self.failures, self.wait) = (0, 0);
     }
 
+    /// Makes all marks those of rays before.
     pub fn next_ray(&mut self) {
         self.ray = self.ray.wrapping_add(1);
         if self.ray == 0 {

@@ -23,7 +23,9 @@ const BINS: usize = 32;
 /// Estimates the light along rays: what the frame is traced from, and what a pass of photon mapping knows of its light.
 #[derive(Clone, Copy)]
 pub struct Estimator<'a> {
+    /// What is traced.
     pub context: RenderContext<'a>,
+    /// The photon map that light is looked up in, if the integrator has one.
     pub photons: Option<&'a PhotonPass>,
 }
 

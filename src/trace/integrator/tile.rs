@@ -9,11 +9,14 @@ use crate::trace::wavefront::{BATCH, CameraRayKernel, RenderContext, WavefrontBu
 /// One of the equal parts that the samples of every pixel are divided into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SampleSubset {
+    /// Which one, from 0.
     pub index: u32,
+    /// How many there are, 1 at least.
     pub of: u32,
 }
 
 impl SampleSubset {
+    /// All samples.
     pub const WHOLE: SampleSubset = SampleSubset { index: 0, of: 1 };
 
     /// Samples of a pixel that belong to this part.

@@ -24,6 +24,7 @@ impl LampCone {
         LampCone { axis, dark, scale: 1.0 / (full - dark).max(1e-4) }
     }
 
+    /// Whether it shines everywhere.
     pub fn is_everywhere(&self) -> bool {
         self.axis == Vec3::ZERO
     }

@@ -11,7 +11,9 @@ use crate::trace::primitive::{AreaSample, AreaShape, Bounds, Geometry, ROUNDING,
 pub struct Emitter {
     /// As in the hits that meet it; the element counts for instances alone and is 0 elsewhere.
     pub primitive: u32,
+    /// The triangle of an instance, as in the hits that meet it; 0 elsewhere.
     pub element: u32,
+    /// Linear, W/(sr m2), the same in every direction.
     pub radiance: Vec3,
     /// As that of its material.
     pub group: u32,
@@ -38,6 +40,7 @@ pub fn emitters(geometry: &Geometry, materials: &[ShadingParams]) -> Vec<Emitter
 }
 
 impl Emitter {
+    /// Area in the space that is traced, of one side.
     pub fn area(&self) -> f32 {
         self.shape.area()
     }

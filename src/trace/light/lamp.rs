@@ -12,11 +12,13 @@ use crate::trace::soa::Ray;
 /// A lamp resolved into world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lamp {
+    /// The middle, in the space that is traced; a unit direction for a distant lamp.
     pub center: Vec3,
     /// Edges of the parallelogram around the centre; both zero for a point.
     pub edges: [Vec3; 2],
     /// Unit normal of the parallelogram; zero for a point and where the edges span no area.
     pub normal: Vec3,
+    /// Linear; what a surface gets at distance 1, over pi for one that falls off.
     pub color: Vec3,
     /// Where a point shines to.
     pub cone: LampCone,
@@ -43,6 +45,7 @@ pub fn distant_target<L: Lanes>(from: V3<L>, center: V3<L>, [a, b]: [V3<L>; 2], 
 }
 
 impl Lamp {
+    /// Whether it has no extent.
     pub fn is_point(&self) -> bool {
         self.edges == [Vec3::ZERO; 2]
     }
@@ -69,6 +72,7 @@ impl Lamp {
         self.center + self.edges[0] * (u - 0.5) + self.edges[1] * (v - 0.5)
     }
 
+    /// Area of one side; 0 for a point.
     pub fn area(&self) -> f32 {
         // Not `length`: the root of `libm` is an instruction of its own kind that costs 200 cycles among those of AVX.
         self.edges[0].cross(self.edges[1]).length_squared().sqrt()

@@ -26,6 +26,7 @@ const SHORT_OF: f32 = 1.0 - 1e-4;
 /// Lamps, then emitters, numbered through.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lights {
+    /// In authored order.
     pub lamps: Vec<Lamp>,
     emitters: Vec<Emitter>,
     /// For light towards a point, and for photons.
@@ -132,10 +133,12 @@ impl Lights {
         self.environment_group
     }
 
+    /// In authored order.
     pub fn lamps(&self) -> &[Lamp] {
         &self.lamps
     }
 
+    /// In the order of hits.
     pub fn emitters(&self) -> &[Emitter] {
         &self.emitters
     }
@@ -150,6 +153,7 @@ impl Lights {
         self.sky.as_ref().map_or(1.0, |(_, chance)| 1.0 - chance)
     }
 
+    /// Whether nothing shines.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -19,18 +19,23 @@ pub enum HoleCoverage {
 /// A material with every weight multiplied out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadingParams {
+    /// The law that it scatters by.
     pub model: Model,
     /// Kd Cd; of a conductor what it reflects straight on.
     pub diffuse: Vec3,
     /// Ks Cs, for highlights.
     pub specular: Vec3,
+    /// Exponent of Blinn's highlight.
     pub shininess: f32,
     /// Weight of the mirror image, with its colour.
     pub reflection: f32,
+    /// Linear factors of what a mirror shows.
     pub mirror_color: Vec3,
+    /// Half the side of the square that mirrored rays are spread over, at distance 1.
     pub gloss: f32,
     /// Share of light that goes through, by the P3F tracers' reckoning: 1 for a `Dielectric`.
     pub transmission: f32,
+    /// Refractive index against air.
     pub ior: f32,
     /// Which of transparent bodies that overlap is there: the highest.
     pub priority: u32,
@@ -42,6 +47,7 @@ pub struct ShadingParams {
     pub thin: bool,
     /// How much of it is there.
     pub opacity: f32,
+    /// What opacity below 1 means.
     pub coverage: HoleCoverage,
     /// Whether the alpha of vertex colours counts for `opacity`.
     pub alpha_counts: bool,
@@ -49,6 +55,7 @@ pub struct ShadingParams {
     pub alpha: f32,
     /// Complex index of refraction of a conductor: eta, and k with it; 0 where `diffuse` stands for both.
     pub eta: Vec3,
+    /// Absorption of a conductor, channel by channel.
     pub k: Vec3,
     /// Mean reflectance over the hemisphere of a conductor that has `eta`; 0 else.
     pub mean_fresnel: Vec3,
@@ -113,13 +120,21 @@ impl From<&Material> for ShadingParams {
 /// Values of the maps of a material at one point: factors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapValues {
+    /// Factors of the diffuse colour.
     pub color: Vec3,
+    /// Factors of the highlight's colour.
     pub specular: Vec3,
+    /// Factors of the emitted light.
     pub emission: Vec3,
+    /// Factor of the mirror's share.
     pub reflection: f32,
+    /// Factor of the roughness.
     pub roughness: f32,
+    /// Factor of the share of metal.
     pub metallic: f32,
+    /// Factor of the share that goes through.
     pub transmission: f32,
+    /// Factor of the opacity.
     pub opacity: f32,
 }
 

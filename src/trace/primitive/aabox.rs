@@ -16,7 +16,9 @@ use crate::trace::soa::{Hit, Ray};
 /// A box along the axes of some space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoxPrim {
+    /// The corner of the least coordinates, in the space that is traced.
     pub min: Vec3,
+    /// The opposite corner.
     pub max: Vec3,
 }
 

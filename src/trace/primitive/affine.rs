@@ -11,7 +11,9 @@ use super::surface::ROUNDING;
 pub struct AffineMap {
     /// Where the local origin stands in the world.
     pub anchor: Vec3,
+    /// From the shape's own axes.
     pub to_world: Mat3,
+    /// The inverse, rounded on its own.
     pub to_local: Mat3,
     /// Inverse transpose of `to_world`, up to a positive factor.
     pub normals: Mat3,

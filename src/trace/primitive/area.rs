@@ -7,6 +7,7 @@ use super::bounds::Bounds;
 /// A point of a surface as it is seen from another point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AreaSample {
+    /// The point, in the space that is traced.
     pub point: Vec3,
     /// Unit, towards the outside.
     pub normal: Vec3,

@@ -13,7 +13,10 @@ macro_rules! area_shapes {
     ($( $Shape:ident: $Type:ty ),* $(,)?) => {
         /// Any shape that can be sampled, in the world.
         #[derive(Clone, Copy, Debug, PartialEq)]
-        pub enum AreaShape { $( $Shape($Type) ),* }
+        pub enum AreaShape { $(
+            #[doc = concat!("A [`", stringify!($Type), "`].")]
+            $Shape($Type)
+        ),* }
 
         impl AreaShape {
             /// As [`AreaSampling::IS_CLOSED`].

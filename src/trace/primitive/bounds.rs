@@ -5,7 +5,9 @@ use glam::Vec3;
 /// An axis-aligned box that may be empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
+    /// The least coordinates.
     pub min: Vec3,
+    /// The greatest coordinates.
     pub max: Vec3,
 }
 
@@ -16,14 +18,17 @@ impl Default for Bounds {
 }
 
 impl Bounds {
+    /// The box around points; empty around none.
     pub fn around(points: &[Vec3]) -> Self {
         points.iter().fold(Bounds::default(), |b, p| Bounds { min: b.min.min(*p), max: b.max.max(*p) })
     }
 
+    /// The box around both.
     pub fn union(self, other: Bounds) -> Self {
         Bounds { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// Whether it holds no point.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }
@@ -33,6 +38,7 @@ impl Bounds {
         if self.is_empty() { Vec3::ZERO } else { self.max - self.min }
     }
 
+    /// Its middle.
     pub fn center(&self) -> Vec3 {
         self.min + self.size() * 0.5
     }

@@ -5,16 +5,22 @@ use super::tag::Sides;
 /// The nearest hit so far.
 #[derive(Clone, Copy, Debug)]
 pub struct ClosestHit {
+    /// Distance along the ray, in lengths of its direction; how far the ray goes while nothing is found.
     pub t: f32,
+    /// The primitive's number.
     pub primitive: u32,
     /// Triangle of an instance.
     pub element: u32,
+    /// The first parameter of the point on the primitive, as in [`Hit`].
     pub u: f32,
+    /// The second one.
     pub v: f32,
+    /// Whether there is one.
     pub found: bool,
 }
 
 impl ClosestHit {
+    /// Nothing found yet along a ray that goes so far.
     pub fn within(t_max: f32) -> Self {
         ClosestHit { t: t_max, primitive: 0, element: 0, u: 0.0, v: 0.0, found: false }
     }

@@ -18,13 +18,17 @@ use crate::trace::soa::{Hit, Ray};
 /// A cone cut between two planes across its axis; a cylinder where the radii are equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConeFrustum {
+    /// Centre of the base.
     pub base: Vec3,
     /// Unit, from base to apex.
     pub axis: Vec3,
+    /// From the base to the other end, along the axis.
     pub height: f32,
+    /// Radius of the base.
     pub base_radius: f32,
     /// Change of the radius per unit of height.
     pub slope: f32,
+    /// Whether disks close it.
     pub capped: bool,
 }
 
@@ -48,6 +52,7 @@ impl ConePart {
 const RIM: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 impl ConeFrustum {
+    /// The frustum between two disks; one of the radii may be 0.
     pub fn new(base: Vec3, base_radius: f32, apex: Vec3, apex_radius: f32, capped: bool) -> Self {
         let height = base.distance(apex);
         // Ends that differ in `f64` may fall together in `f32`: then only the caps are left.
@@ -56,6 +61,7 @@ impl ConeFrustum {
         ConeFrustum { base, axis, height, base_radius, slope, capped }
     }
 
+    /// The radius at a height over the base.
     pub fn radius_at(&self, z: f32) -> f32 {
         self.base_radius + self.slope * z
     }
@@ -82,6 +88,7 @@ impl ConeFrustum {
         }
     }
 
+    /// The box around it.
     pub fn bounds(&self) -> Bounds {
         let apex = self.base + self.axis * self.height;
         let (r0, r1) = (self.base_radius, self.radius_at(self.height).max(0.0));
@@ -127,10 +134,15 @@ impl ConeFrustum {
 /// Frusta side by side.
 #[derive(Clone, Copy, Debug)]
 pub struct ConeLanes<L> {
+    /// Centre of the base.
     pub base: V3<L>,
+    /// Unit, from the base to the other end.
     pub axis: V3<L>,
+    /// Along the axis.
     pub height: L,
+    /// Radius of the base.
     pub base_radius: L,
+    /// What the radius gains per unit of height.
     pub slope: L,
     /// 1 or 0.
     pub capped: L,

@@ -164,14 +164,19 @@ macro_rules! primitives {
 }
 
 primitives! {
+    /// A sphere.
     Sphere in spheres: ShapeColumn<SpherePrim>,
+    /// A triangle of its own.
     Triangle in triangles: Triangles,
+    /// A box along the axes.
     Box in boxes: ShapeColumn<BoxPrim>,
+    /// A cone or cylinder.
     Cone in cones: ShapeColumn<ConePrim>,
     /// A shape under an affine map.
     Transformed in transformed: ShapeColumn<TransformedShape>,
     /// A triangle of a mesh that stands in the world.
     MeshTriangle in baked: BakedMeshes,
+    /// A mesh under an affine map.
     Instance in instances: Instances,
     /// Without bounds, and therefore last.
     Plane in planes: ShapeColumn<PlanePrim>,
@@ -181,6 +186,7 @@ primitives! {
 pub type PrimitiveLayout = [u32; PrimitiveKind::ALL.len()];
 
 impl Geometry {
+    /// Adds a sphere.
     pub fn push_sphere(&mut self, tag: Tag, center: Vec3, radius: f32) {
         self.spheres.push(tag, SpherePrim { center, radius });
     }
@@ -246,6 +252,7 @@ impl Geometry {
         PrimitiveKind::ALL.iter().map(|kind| self.len_of(*kind)).sum()
     }
 
+    /// Whether there is nothing.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -255,6 +262,7 @@ impl Geometry {
         self.range(PrimitiveKind::Plane).start
     }
 
+    /// Which numbers are of which kind.
     pub fn layout(&self) -> PrimitiveLayout {
         self.ends
     }
@@ -265,6 +273,7 @@ impl Geometry {
         start..self.ends[kind as usize]
     }
 
+    /// The kind of a primitive by its number.
     #[inline]
     pub fn kind_of(&self, number: u32) -> PrimitiveKind {
         const LAST: usize = PrimitiveKind::ALL.len() - 1;
@@ -287,14 +296,17 @@ impl Geometry {
         self.instances.prototypes()
     }
 
+    /// All instances of meshes, in order.
     pub fn instances(&self) -> &[Instance] {
         self.instances.instances()
     }
 
+    /// An instance by its number among all primitives.
     pub fn instance(&self, number: u32) -> &Instance {
         &self.instances()[self.index(PrimitiveKind::Instance, number)]
     }
 
+    /// A sphere by its number among all primitives.
     pub fn sphere(&self, number: u32) -> SpherePrim {
         self.spheres.shapes[self.index(PrimitiveKind::Sphere, number)]
     }
@@ -315,10 +327,12 @@ impl Geometry {
         (mesh.corners(triangle), mesh.tag)
     }
 
+    /// A box by its number among all primitives.
     pub fn aabox(&self, number: u32) -> BoxPrim {
         self.boxes.shapes[self.index(PrimitiveKind::Box, number)]
     }
 
+    /// A cone or cylinder by its number among all primitives.
     pub fn cone(&self, number: u32) -> ConeFrustum {
         self.cones.shapes[self.index(PrimitiveKind::Cone, number)].cone
     }

@@ -22,8 +22,11 @@ use crate::trace::soa::{Hit, Ray};
 /// A mesh in its own space.
 #[derive(Clone, Debug)]
 pub struct MeshPrototype {
+    /// In its own space.
     pub mesh: Arc<MeshData>,
+    /// Whether normals are interpolated.
     pub smooth: bool,
+    /// In the space of the mesh.
     pub bounds: Bounds,
 }
 
@@ -34,11 +37,13 @@ impl PartialEq for MeshPrototype {
 }
 
 impl MeshPrototype {
+    /// A mesh that instances share.
     pub fn new(mesh: &Arc<MeshData>, smooth: bool) -> Self {
         let smooth = smooth && !mesh.shading_normals().is_empty();
         MeshPrototype { mesh: mesh.clone(), smooth, bounds: Bounds::around(&mesh.vertices) }
     }
 
+    /// Corners of a triangle, in the space of the mesh.
     pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
         self.mesh.triangles[triangle as usize].map(|i| self.mesh.vertices[i as usize])
     }
@@ -59,12 +64,14 @@ impl MeshPrototype {
 pub struct Instance {
     /// Index of the prototype.
     pub prototype: u32,
+    /// From the space of the mesh to that which is traced.
     pub map: AffineMap,
     /// In the world.
     pub bounds: Bounds,
 }
 
 impl Instance {
+    /// The prototype of number `index`, placed.
     pub fn new(index: u32, prototype: &MeshPrototype, to_world: &DAffine3) -> Self {
         let map = AffineMap::new(to_world);
         Instance { prototype: index, map, bounds: map.bounds(prototype.bounds) }

@@ -8,6 +8,7 @@ use crate::trace::soa::Ray;
 /// A ray with what every test needs of it.
 #[derive(Clone, Copy, Debug)]
 pub struct PreparedRay {
+    /// Where the ray starts.
     pub origin: Vec3,
     /// Unit length.
     pub direction: Vec3,
@@ -46,6 +47,7 @@ pub fn dominant(direction: Vec3) -> usize {
 }
 
 impl PreparedRay {
+    /// All that the ray alone decides.
     #[inline(always)]
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         let inverse = Vec3::new(finite_recip(direction.x), finite_recip(direction.y), finite_recip(direction.z));
@@ -70,6 +72,7 @@ impl PreparedRay {
         Vec3::new(v[self.axes[0]], v[self.axes[1]], v[self.axes[2]])
     }
 
+    /// The same ray in every lane.
     #[inline(always)]
     pub fn beam<L: Lanes>(&self) -> PreparedRayLanes<L> {
         PreparedRayLanes {
@@ -95,8 +98,11 @@ impl From<&Ray> for PreparedRay {
 /// A [`PreparedRay`] in every lane.
 #[derive(Clone, Copy, Debug)]
 pub struct PreparedRayLanes<L> {
+    /// Where the rays start.
     pub origin: V3<L>,
+    /// Not necessarily unit.
     pub direction: V3<L>,
+    /// One over each coordinate of the direction; infinite over 0.
     pub inverse: V3<L>,
     /// The order in which [`triangle`] wants coordinates.
     pub axes: [usize; 3],

@@ -22,6 +22,7 @@ use crate::trace::soa::{Hit, Ray};
 /// A sphere in some space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpherePrim {
+    /// In the space that is traced.
     pub center: Vec3,
     /// A negative one turns the sphere inside out: it is a bubble in the material around it.
     pub radius: f32,

@@ -12,6 +12,7 @@ pub const ROUNDING: f32 = 8.0 * (f32::EPSILON / 2.0);
 /// The point that a ray met.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfacePoint {
+    /// The point, in the space that is traced.
     pub point: Vec3,
     /// Bound of the rounding error of `point`, per axis.
     pub error: Vec3,
@@ -21,7 +22,9 @@ pub struct SurfacePoint {
     pub shading_normal: Vec3,
     /// Whether a map has bent the shading normal.
     pub bent: bool,
+    /// The material's number.
     pub material: u32,
+    /// The entity's number in authored order.
     pub entity: u32,
 }
 
@@ -47,9 +50,13 @@ impl BarePoint {
 /// Points side by side; as [`SurfacePoint`].
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePointLanes<L> {
+    /// The points.
     pub point: V3<L>,
+    /// As [`SurfacePoint::error`].
     pub error: V3<L>,
+    /// Unit.
     pub geometric_normal: V3<L>,
+    /// Unit.
     pub shading_normal: V3<L>,
 }
 

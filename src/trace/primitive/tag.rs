@@ -3,6 +3,7 @@
 /// Which sides of a primitive are there for rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sides {
+    /// Seen from either side.
     #[default]
     Both,
     /// Only the outside.
@@ -12,6 +13,7 @@ pub enum Sides {
 }
 
 impl Sides {
+    /// Whether a ray meets the side that it comes to.
     #[inline]
     pub fn shows(self, front: bool) -> bool {
         match self {
@@ -29,6 +31,7 @@ pub struct Tag {
     pub entity: u32,
     /// Index of the material.
     pub material: u32,
+    /// From where the primitive is seen.
     pub sides: Sides,
     /// Whether it is part of a surface that encloses an inside.
     pub closed: bool,

@@ -12,7 +12,9 @@ use crate::trace::soa::Hit;
 
 /// A facet of a smooth mesh: its corners, and the normals there, of any length.
 pub struct SmoothFacet {
+    /// In the space that is traced.
     pub corners: [Vec3; 3],
+    /// Unit, at the corners.
     pub normals: [Vec3; 3],
 }
 

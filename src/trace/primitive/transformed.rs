@@ -89,7 +89,10 @@ macro_rules! solids {
     ($( $Shape:ident: $Type:ty ),* $(,)?) => {
         /// A shape in its own space.
         #[derive(Clone, Copy, Debug, PartialEq)]
-        pub enum LocalShape { $( $Shape($Type) ),* }
+        pub enum LocalShape { $(
+            #[doc = concat!("A [`", stringify!($Type), "`].")]
+            $Shape($Type)
+        ),* }
 
         impl LocalShape {
             fn solid(&self) -> &dyn Solid {

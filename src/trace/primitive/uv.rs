@@ -14,6 +14,7 @@ pub const TURN: f32 = std::f32::consts::TAU;
 /// The local space of an entity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObjectSpace {
+    /// From the shape's own axes.
     pub map: AffineMap,
     /// Middle of the mesh that has no texture coordinates and is wrapped like a sphere, local space.
     pub center: Option<Vec3>,
@@ -22,6 +23,7 @@ pub struct ObjectSpace {
 /// Texture coordinates at a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfaceUv {
+    /// Texture coordinates.
     pub uv: Vec2,
     /// Gradients of u and v in the tangent plane, world space, per world unit.
     pub gradients: [Vec3; 2],

@@ -50,6 +50,7 @@ impl Kdop {
         place
     }
 
+    /// What covers both.
     pub fn union(self, other: Kdop) -> Self {
         Kdop {
             low: std::array::from_fn(|way| self.low[way].min(other.low[way])),
@@ -269,10 +270,13 @@ fn met<L: Wide>(enter: L, leave: L) -> u32 {
 /// Places to look out for: those that rays of this picture may be asked about later have their bits in `live`.
 #[derive(Clone, Copy, Debug)]
 pub struct DirtyRegions<'a> {
+    /// The regions.
     pub boxes: &'a TrackedRegions,
+    /// A bit for each that is still looked for.
     pub live: u64,
     /// The point from which it is measured how far away rays start.
     pub middle: Vec3,
+    /// What the tests run in.
     pub width: Width,
 }
 

@@ -70,6 +70,7 @@ impl SampleHistory {
         size_of::<SampleHistory>() + pixels * each.max(1) as usize * of_one
     }
 
+    /// Memory that is taken, in bytes.
     pub fn memory(&self) -> usize {
         Self::bytes(self.len() / self.each.max(1) as usize, self.each)
     }
@@ -84,6 +85,7 @@ impl SampleHistory {
         self.crossed.len()
     }
 
+    /// Whether it holds no sample.
     pub fn is_empty(&self) -> bool {
         self.crossed.is_empty()
     }

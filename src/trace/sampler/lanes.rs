@@ -35,15 +35,18 @@ impl<'a> SampleSet<'a> {
         SampleSet { all, numbers, digits: first.digits }
     }
 
+    /// How many there are.
     pub fn count(&self) -> usize {
         self.all.len()
     }
 
+    /// Column and row of a sample's pixel.
     #[inline(always)]
     pub fn pixel(&self, sample: u32) -> [u32; 2] {
         self.all[sample as usize].0
     }
 
+    /// What a sample draws its numbers from.
     #[inline(always)]
     pub fn sampler(&self, sample: u32) -> &'a Sampler {
         &self.all[sample as usize].1
@@ -83,16 +86,19 @@ pub struct SampleLanes<'a> {
 }
 
 impl SampleLanes<'_> {
+    /// Where in its tree of rays each is.
     #[inline(always)]
     pub fn nodes(&self) -> &[RayNode; LANES] {
         &self.nodes
     }
 
+    /// Numbers of the samples in their set.
     #[inline(always)]
     pub fn which(&self) -> &[u32; LANES] {
         &self.which
     }
 
+    /// What the sample of a lane draws its numbers from.
     #[inline(always)]
     pub fn sampler(&self, i: usize) -> &Sampler {
         self.set.sampler(self.which[i])

@@ -168,6 +168,7 @@ const PIXEL: [[u32; LANES]; 3] = {
 };
 
 impl SobolIndices {
+    /// Indices of points of one sequence, of so many base-4 digits below the pixel's part.
     #[inline(always)]
     pub fn new(each: [u32; LANES], digits: u32) -> Self {
         let mut apart = 0;

@@ -12,8 +12,11 @@ use crate::base::random::{combine, mix, unit_f32};
 /// What a stratified point is for; domains of one ray-tree node must differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Domain {
+    /// The place in the pixel.
     Pixel,
+    /// The place on the lens.
     Lens,
+    /// The direction of a mirrored ray.
     Gloss,
     /// Direction of a path after a diffuse surface.
     Bounce,
@@ -25,6 +28,7 @@ pub enum Domain {
     Time,
     /// Which part of what a path goes on with it looks for.
     Part,
+    /// The point of a light, by its number.
     Light(u32),
     /// Whether a surface that is there in part is, after so many others on the same ray.
     Hole(u32),
@@ -70,6 +74,7 @@ pub const STRATA: u32 = u32::MAX;
 pub struct RayNode(u64);
 
 impl RayNode {
+    /// The ray from the camera.
     pub const CAMERA: RayNode = RayNode(0);
 
     /// The lower half of what stands for it, and the upper one.
@@ -78,25 +83,30 @@ impl RayNode {
         [self.0 as u32, (self.0 >> 32) as u32]
     }
 
+    /// The node of a number that was split in two.
     #[inline(always)]
     pub fn of_halves([low, high]: [u32; 2]) -> RayNode {
         RayNode(u64::from(high) << 32 | u64::from(low))
     }
 
+    /// The node of the ray that a mirror sends on.
     pub fn reflected(self) -> RayNode {
         RayNode(combine(self.0, 1))
     }
 
+    /// The node of the ray that goes through.
     pub fn refracted(self) -> RayNode {
         RayNode(combine(self.0, 2))
     }
 
+    /// The node of the ray that a path goes on with.
     pub fn scattered(self) -> RayNode {
         RayNode(combine(self.0, 3))
     }
 }
 
 impl Sampler {
+    /// Samples of a pixel in `strata` by `strata` cells.
     pub fn new(seed: u64, pixel: u32, strata: u32) -> Self {
         Sampler { pixel_key: combine(seed, u64::from(pixel)), sample: 0, strata, place: STRATA, digits: 0 }
     }

@@ -47,6 +47,7 @@ pub fn cosine_directions<L: Lanes>(u: [L; 2]) -> V3<L> {
     V3 { x, y, z: (L::splat(1.0) - x * x - y * y).max(L::splat(0.0)).sqrt() }
 }
 
+/// Density of [`cosine_hemisphere`] per steradian.
 #[inline]
 pub fn cosine_pdf(wi: Vec3) -> f32 {
     wi.z.max(0.0) * FRAC_1_PI
@@ -55,8 +56,11 @@ pub fn cosine_pdf(wi: Vec3) -> f32 {
 /// Axes of a surface: z along the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
+    /// Unit, along the surface.
     pub x: Vec3,
+    /// Unit, along the surface, across `x`.
     pub y: Vec3,
+    /// Unit, the normal.
     pub z: Vec3,
 }
 
@@ -68,11 +72,13 @@ impl Frame {
         Frame { x: x.into(), y: y.into(), z: normal }
     }
 
+    /// A vector of the world in these axes.
     #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.x), v.dot(self.y), v.dot(self.z))
     }
 
+    /// A vector of these axes in the world.
     #[inline]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         self.x * v.x + self.y * v.y + self.z * v.z

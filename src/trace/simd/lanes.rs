@@ -13,8 +13,10 @@ pub trait Lanes:
 {
     /// How many there are: 1 or [`LANES`].
     const COUNT: usize;
+    /// Yes or no for each.
     type Mask: Copy;
 
+    /// The same number in all.
     fn splat(x: f32) -> Self;
     /// The first [`Self::COUNT`] of eight numbers.
     fn load(from: &[f32; LANES]) -> Self;
@@ -24,17 +26,25 @@ pub trait Lanes:
     fn min(self, other: Self) -> Self;
     /// `if self > other { self } else { other }`: the other where either is NaN.
     fn max(self, other: Self) -> Self;
+    /// Magnitudes.
     fn abs(self) -> Self;
+    /// Square roots, correctly rounded.
     fn sqrt(self) -> Self;
     /// False where either is NaN.
     fn le(self, other: Self) -> Self::Mask;
+    /// Where this is less; never for NaN.
     fn lt(self, other: Self) -> Self::Mask;
     /// True where either is NaN.
     fn ne(self, other: Self) -> Self::Mask;
+    /// The first where the mask is set, the second elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// Where both are set.
     fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// Where either is set.
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// Whether any is set.
     fn any(mask: Self::Mask) -> bool;
+    /// Where it is not set.
     fn not(mask: Self::Mask) -> Self::Mask;
     /// Lane i is bit i.
     fn bits(mask: Self::Mask) -> u32;
@@ -252,6 +262,7 @@ pub static COMPRESS: [[u8; LANES]; 256] = {
 
 /// Something that is computed with lanes of any width.
 pub trait Kernel {
+    /// What a run gives.
     type Output;
 
     /// To be marked `#[inline(always)]`, and all that computes with lanes in it, closures never handed to functions
@@ -264,20 +275,29 @@ pub trait U32x8: Copy {
     /// The lanes of `f32` of the same width.
     type Floats: Wide;
 
+    /// The same number in all.
     fn splat(x: u32) -> Self;
+    /// The numbers of an array, lane by lane.
     fn load(from: &[u32; LANES]) -> Self;
+    /// Sums, modulo 2^32.
     fn wrapping_add(self, o: Self) -> Self;
+    /// Products, modulo 2^32.
     fn wrapping_mul(self, o: Self) -> Self;
+    /// Bits that both have.
     fn and(self, o: Self) -> Self;
+    /// Bits that either has.
     fn or(self, o: Self) -> Self;
+    /// Bits that one of them has.
     fn xor(self, o: Self) -> Self;
     /// By a number below 32.
     fn shl<const N: i32>(self) -> Self;
+    /// Moves bits down by `N`; zeros follow.
     fn shr<const N: i32>(self) -> Self;
     /// Each by a number of its own below 32.
     fn shr_by(self, by: Self) -> Self;
     /// Of a table, those entries whose numbers are in the lowest three bits.
     fn permute(self, table: &[u32; LANES]) -> Self;
+    /// The lowest bit becomes the highest.
     fn reverse_bits(self) -> Self;
     /// Numbers below 2^31, rounded.
     fn to_floats(self) -> Self::Floats;

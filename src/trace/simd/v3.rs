@@ -9,12 +9,16 @@ use super::lanes::{LANES, Lanes};
 /// Three coordinates.
 #[derive(Clone, Copy, Debug)]
 pub struct V3<L> {
+    /// First coordinates.
     pub x: L,
+    /// Second coordinates.
     pub y: L,
+    /// Third coordinates.
     pub z: L,
 }
 
 impl<L: Lanes> V3<L> {
+    /// The same vector in all lanes.
     #[inline(always)]
     pub fn splat(v: Vec3) -> Self {
         V3 { x: L::splat(v.x), y: L::splat(v.y), z: L::splat(v.z) }
@@ -32,6 +36,7 @@ impl<L: Lanes> V3<L> {
         V3 { x: self.y * o.z - o.y * self.z, y: self.z * o.x - o.z * self.x, z: self.x * o.y - o.x * self.y }
     }
 
+    /// Vectors of length 1.
     #[inline(always)]
     pub fn normalize(self) -> Self {
         self.scale(L::splat(1.0) / self.dot(self).sqrt())
@@ -45,36 +50,43 @@ impl<L: Lanes> V3<L> {
         V3::select(good, self.scale(inverse), other)
     }
 
+    /// The first where the mask is set, the second elsewhere.
     #[inline(always)]
     pub fn select(mask: L::Mask, yes: Self, no: Self) -> Self {
         V3 { x: L::select(mask, yes.x, no.x), y: L::select(mask, yes.y, no.y), z: L::select(mask, yes.z, no.z) }
     }
 
+    /// Each times a number of its own.
     #[inline(always)]
     pub fn scale(self, by: L) -> Self {
         V3 { x: self.x * by, y: self.y * by, z: self.z * by }
     }
 
+    /// The lesser of each coordinate.
     #[inline(always)]
     pub fn min(self, o: Self) -> Self {
         V3 { x: self.x.min(o.x), y: self.y.min(o.y), z: self.z.min(o.z) }
     }
 
+    /// The greater of each coordinate.
     #[inline(always)]
     pub fn max(self, o: Self) -> Self {
         V3 { x: self.x.max(o.x), y: self.y.max(o.y), z: self.z.max(o.z) }
     }
 
+    /// Magnitudes of each coordinate.
     #[inline(always)]
     pub fn abs(self) -> Self {
         V3 { x: self.x.abs(), y: self.y.abs(), z: self.z.abs() }
     }
 
+    /// The greatest coordinate of each.
     #[inline(always)]
     pub fn max_element(self) -> L {
         self.x.max(self.y).max(self.z)
     }
 
+    /// The least coordinate of each.
     #[inline(always)]
     pub fn min_element(self) -> L {
         self.x.min(self.y).min(self.z)
@@ -82,6 +94,7 @@ impl<L: Lanes> V3<L> {
 }
 
 impl<L: Lanes> V3<L> {
+    /// Columns, lane by lane.
     #[inline(always)]
     pub fn load([x, y, z]: &[[f32; LANES]; 3]) -> Self {
         V3 { x: L::load(x), y: L::load(y), z: L::load(z) }

@@ -22,16 +22,19 @@ impl<const N: usize> Default for Columns<N> {
 }
 
 impl<const N: usize> Columns<N> {
+    /// Number of rows.
     #[inline(always)]
     pub fn len(&self) -> usize {
         self.len
     }
 
+    /// Whether there are no rows.
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
+    /// Forgets all rows; memory stays.
     pub fn clear(&mut self) {
         self.len = 0;
     }
@@ -56,6 +59,7 @@ impl<const N: usize> Columns<N> {
         self.columns.iter_mut().for_each(|column| column.resize(len, 0.0));
     }
 
+    /// Adds a row.
     #[inline(always)]
     pub fn push(&mut self, row: [f32; N]) {
         self.set(self.len, row);
@@ -63,6 +67,7 @@ impl<const N: usize> Columns<N> {
         self.grow();
     }
 
+    /// Replaces a row.
     #[inline(always)]
     pub fn set(&mut self, i: usize, row: [f32; N]) {
         for c in 0..N {
@@ -70,6 +75,7 @@ impl<const N: usize> Columns<N> {
         }
     }
 
+    /// A row.
     #[inline(always)]
     pub fn row(&self, i: usize) -> [f32; N] {
         let mut row = [0.0; N];
@@ -79,6 +85,7 @@ impl<const N: usize> Columns<N> {
         row
     }
 
+    /// One number of a row.
     #[inline(always)]
     pub fn number(&self, column: usize, i: usize) -> f32 {
         self.columns[column][i]

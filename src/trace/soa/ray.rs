@@ -15,6 +15,7 @@ work_item! {
     /// A half-line in world space.
     #[derive(Clone, Copy, Debug, PartialEq)]
     Ray, RayLanes, Rays {
+        /// Where it starts.
         origin: Vec3,
         /// Unit length.
         direction: Vec3,
@@ -31,6 +32,7 @@ impl Ray {
 }
 
 impl Rays {
+    /// All rays in order.
     pub fn iter(&self) -> impl Iterator<Item = Ray> + '_ {
         (0..self.len()).map(|i| self.get(i))
     }
@@ -50,8 +52,9 @@ work_item! {
     Hit, HitLanes, HitColumns {
         /// Distance along the ray, above 0.
         t: f32,
-        /// Parameters that the primitive's kind gives a meaning to (barycentrics of a triangle).
+        /// The first of two parameters that the primitive's kind gives a meaning to (barycentrics of a triangle).
         u: f32,
+        /// The second one.
         v: f32,
         /// Number of the primitive in its [`crate::trace::primitive::Geometry`].
         primitive: u32,
@@ -73,6 +76,7 @@ impl Hits {
         self.0.set_len(rays);
     }
 
+    /// What the ray of this number met.
     #[inline(always)]
     pub fn get(&self, i: usize) -> Option<Hit> {
         Some(self.0.get(i)).filter(|hit| hit.primitive != NOTHING)
@@ -114,10 +118,12 @@ impl Hits {
         self.0.t(i)
     }
 
+    /// What each ray met, in order.
     pub fn iter(&self) -> impl Iterator<Item = Option<Hit>> + '_ {
         (0..self.0.len()).map(|i| self.get(i))
     }
 
+    /// Says what the ray of this number met.
     #[inline(always)]
     pub fn set(&mut self, i: usize, hit: Option<Hit>) {
         self.0.set(i, hit.unwrap_or(Hit { primitive: NOTHING, ..Hit::default() }));

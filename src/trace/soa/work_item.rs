@@ -108,7 +108,10 @@ macro_rules! work_item {
         #[doc = concat!("Eight of [`", stringify!($One), "`] side by side; whole numbers by their bits.")]
         #[derive(Clone, Copy, Debug)]
         pub struct $Lanes<L: $crate::trace::simd::Lanes> {
-            $( pub $field: <$Type as $crate::trace::soa::Field>::Side<L>, )*
+            $(
+                #[doc = concat!("As [`", stringify!($One), "::", stringify!($field), "`].")]
+                pub $field: <$Type as $crate::trace::soa::Field>::Side<L>,
+            )*
         }
 
         #[doc = concat!("Many of [`", stringify!($One), "`], column by column.")]
@@ -185,16 +188,19 @@ macro_rules! work_item {
             }
 
             impl $Columns {
+                /// Number of items.
                 #[inline(always)]
                 pub fn len(&self) -> usize {
                     self.0.len()
                 }
 
+                /// Whether there are none.
                 #[inline(always)]
                 pub fn is_empty(&self) -> bool {
                     self.0.is_empty()
                 }
 
+                /// Forgets all; memory stays.
                 pub fn clear(&mut self) {
                     self.0.clear();
                 }
@@ -204,16 +210,19 @@ macro_rules! work_item {
                     self.0.set_len(len);
                 }
 
+                /// Adds one.
                 #[inline(always)]
                 pub fn push(&mut self, one: $One) {
                     self.0.push(one.row());
                 }
 
+                /// The one of this number.
                 #[inline(always)]
                 pub fn get(&self, i: usize) -> $One {
                     $One::of_row(&self.0.row(i))
                 }
 
+                /// Replaces the one of this number.
                 #[inline(always)]
                 pub fn set(&mut self, i: usize, one: $One) {
                     self.0.set(i, one.row());

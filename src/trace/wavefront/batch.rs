@@ -16,10 +16,15 @@ pub type ShadingEntry = [u32; 2];
 /// What a wave met, and which of it is shaded side by side.
 #[derive(Clone, Copy)]
 pub struct ShadingInput<'a> {
+    /// What is traced.
     pub context: RenderContext<'a>,
+    /// The rays.
     pub wave: &'a RayQueue,
+    /// What each of them met.
     pub hits: &'a Hits,
+    /// Which of them are shaded, by material.
     pub places: &'a [ShadingEntry],
+    /// What they draw their numbers from.
     pub samples: SampleSet<'a>,
 }
 
@@ -45,6 +50,7 @@ pub struct ShadingBatch<'a, L: Wide> {
 }
 
 impl<'a> ShadingInput<'a> {
+    /// Eight hits at most, their surfaces and states in lanes.
     #[inline(always)]
     pub fn group<L: Wide>(&self, places: &[ShadingEntry]) -> ShadingBatch<'a, L> {
         let (context, wave) = (self.context, self.wave);

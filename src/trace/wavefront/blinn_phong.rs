@@ -16,11 +16,15 @@ use crate::trace::simd::{Kernel, LANES, V3, Wide, lanes, set_lane};
 
 /// The surfaces that a wave met.
 pub struct BlinnPhongKernel<'a> {
+    /// What the wave met.
     pub met: ShadingInput<'a>,
     /// Whether no ray follows.
     pub last: bool,
+    /// Where shadow rays are asked for, a queue for each light.
     pub shadows: &'a mut [ShadowRayQueue],
+    /// Where rays go on.
     pub next: &'a mut RayQueue,
+    /// What is counted.
     pub counters: &'a mut Counters,
 }
 

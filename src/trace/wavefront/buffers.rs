@@ -22,11 +22,15 @@ pub struct FilterSample {
 /// Memory of the waves, kept from batch to batch.
 #[derive(Debug, Default)]
 pub struct WavefrontBuffers {
+    /// Rays that are traced now.
     pub wave: RayQueue,
+    /// Rays that follow them.
     pub next: RayQueue,
+    /// What the wave met.
     pub hits: Hits,
     /// By eights of rays: which of them are to be looked at before they are shaded.
     pub special: Vec<u8>,
+    /// Whether something stops each shadow ray of a queue.
     pub blocked: Vec<bool>,
     /// By light.
     pub shadows: Vec<ShadowRayQueue>,
@@ -45,6 +49,7 @@ pub struct WavefrontBuffers {
 }
 
 impl WavefrontBuffers {
+    /// Makes room for the colours of so many samples in so many light groups.
     pub fn begin(&mut self, samples: usize, passes: usize, features: bool) {
         self.wave.clear();
         self.filter_samples.clear();

@@ -8,8 +8,11 @@ use crate::trace::simd::{Kernel, LANES, Wide};
 
 /// The camera rays of samples.
 pub struct CameraRayKernel<'a> {
+    /// What is traced.
     pub context: RenderContext<'a>,
+    /// The samples that rays are made for.
     pub samples: SampleSet<'a>,
+    /// Where the rays go.
     pub buffers: &'a mut WavefrontBuffers,
 }
 

@@ -8,12 +8,17 @@ use crate::trace::soa::Hits;
 /// Finds rays that left the scene, ran through a transparent body, or crossed a lamp: a bit for each in the
 /// byte of its eight.
 pub struct ClassifyKernel<'a> {
+    /// What is traced.
     pub context: RenderContext<'a>,
+    /// The rays.
     pub wave: &'a RayQueue,
+    /// What each of them met.
     pub hits: &'a Hits,
     /// Whether lamps are met on the way, and whether by rays of the camera.
     pub lamps: bool,
+    /// Whether the rays come from the camera.
     pub camera: bool,
+    /// A flag for each ray: it needs more than shading.
     pub special: &'a mut Vec<u8>,
 }
 

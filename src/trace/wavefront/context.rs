@@ -18,37 +18,52 @@ use crate::trace::simd::{Lanes, V3, Width};
 /// Where on a light a shadow ray ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightSampling {
+    /// The middle.
     Center,
     /// n x n cell centres.
     Fixed(u32),
+    /// Anywhere, without strata.
     Random,
+    /// Anywhere, in strata over the samples of a pixel.
     Jittered,
 }
 
 /// Settings of the recursion, resolved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
+    /// How light is followed.
     pub integrator: Integrator,
     /// Side of the strata of one round of samples.
     pub strata: u32,
+    /// Rounds of samples of a pixel.
     pub rounds: u32,
     /// When a pixel has had rounds enough.
     pub noise: Option<Noise>,
+    /// Most that a single way of light adds.
     pub clamps: Clamps,
     /// Whether the film wants to know what the camera's rays meet first.
     pub features: bool,
+    /// Rays of a path at most, the camera's being the first.
     pub max_depth: u32,
     /// Least weight of mirrored and refracted rays where all of them are followed; 0 for no least one.
     pub min_weight: f32,
+    /// Where shadow rays end.
     pub light_sampling: LightSampling,
+    /// Whether mirrors may be glossy.
     pub gloss: bool,
+    /// Whether the lens has an extent.
     pub lens: bool,
+    /// Whether glass lets light of lamps through, unrefracted.
     pub transparent_shadows: bool,
+    /// How much of the light polished glass mirrors.
     pub fresnel: Fresnel,
+    /// Linear colour of rays that meet nothing.
     pub background: Vec3,
+    /// Of the frame.
     pub seed: u64,
     /// Photons of a pass, and the seed of theirs: the camera is not in it.
     pub photons: u32,
+    /// Of photons: that of the scene.
     pub photon_seed: u64,
     /// Of the first pass; follows from the photons if not given.
     pub photon_radius: Option<f64>,
@@ -117,11 +132,17 @@ impl Settings {
 /// Everything that a frame is traced from.
 #[derive(Clone, Copy)]
 pub struct RenderContext<'a> {
+    /// All primitives.
     pub geometry: &'a Geometry,
+    /// How rays find them.
     pub accelerator: &'a Accelerator,
+    /// By number.
     pub materials: &'a [ShadingParams],
+    /// All that shines.
     pub lights: &'a Lights,
+    /// Textures of materials.
     pub textures: &'a TextureBindings,
+    /// Where camera rays come from.
     pub camera: &'a CameraRays,
     /// Where the origin of all this is in the world.
     pub origin: Vec3,
@@ -129,11 +150,13 @@ pub struct RenderContext<'a> {
     pub motion: Option<&'a MotionVectors>,
     /// Takes the place of the background colour.
     pub environment: Option<&'a Environment>,
+    /// How it is traced.
     pub settings: &'a Settings,
     /// What shading that goes side by side runs in.
     pub lanes: Width,
     /// Where in and around a pixel its samples lie.
     pub filter: &'a FilterTable,
+    /// Pixels of a row.
     pub width: u32,
     /// Groups that lights are divided into, 1 at least.
     pub light_groups: usize,

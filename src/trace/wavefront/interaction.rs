@@ -15,7 +15,9 @@ pub const LEAST_FACING: f32 = 1e-3;
 
 /// A ray, the surface that it met, and what the surface is of.
 pub struct SurfaceInteraction<'a> {
+    /// Unit, along the ray.
     pub direction: Vec3,
+    /// What the ray carried.
     pub state: PathState,
     /// Faces the ray.
     pub surface: SurfacePoint,
@@ -23,9 +25,11 @@ pub struct SurfaceInteraction<'a> {
     pub material: &'a ShadingParams,
     /// The transparent bodies that a ray is in which goes through.
     pub behind: MediumStack,
+    /// What the accelerator found.
     pub hit: Hit,
     /// Whether the ray comes from the outside.
     pub front: bool,
+    /// What its sample draws its numbers from.
     pub sampler: Sampler,
 }
 

@@ -12,10 +12,15 @@ use crate::trace::simd::{Kernel, LANES, V3, Wide};
 
 /// The diffuse surfaces that a wave met.
 pub struct LambertKernel<'a> {
+    /// What the wave met.
     pub met: ShadingInput<'a>,
+    /// Number of rays of the paths so far.
     pub depth: u32,
+    /// Where shadow rays are asked for, a queue for each light.
     pub shadows: &'a mut [ShadowRayQueue],
+    /// Where rays go on.
     pub next: &'a mut RayQueue,
+    /// What is counted.
     pub counters: &'a mut Counters,
 }
 

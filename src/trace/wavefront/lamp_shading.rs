@@ -114,6 +114,7 @@ pub struct BlinnPhongShading<'a, L, H> {
 }
 
 impl<'a, L: Lanes, H: ShadedHits<L>> BlinnPhongShading<'a, L, H> {
+    /// Of these hits, each with its material.
     #[inline(always)]
     pub fn new(hits: &'a H) -> Self {
         BlinnPhongShading { hits, lanes: PhantomData }

@@ -27,6 +27,7 @@ impl MediumStack {
     pub const AIR: MediumStack = MediumStack(0);
 
     #[inline(always)]
+    /// Whether there is no body.
     pub fn is_air(self) -> bool {
         self.0 == 0
     }
@@ -66,8 +67,9 @@ impl MediumStack {
 /// What lies on both sides of a surface that a ray meets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// The bodies that the ray is in, and those that what goes through the surface is in.
+    /// The bodies that the ray is in.
     pub before: MediumStack,
+    /// Those that what goes through the surface is in.
     pub behind: MediumStack,
     /// Index of the body whose surface it is against that of what is around it there.
     pub ior: f32,

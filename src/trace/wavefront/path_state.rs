@@ -12,6 +12,7 @@ work_item! {
     /// What becomes of the light that a ray finds.
     #[derive(Clone, Copy, Debug, PartialEq)]
     PathState, PathStateLanes, PathStates {
+        /// Where it is in the tree of rays of its sample.
         node: RayNode,
         /// Index of its sample in the batch.
         sample: u32,
@@ -26,6 +27,7 @@ work_item! {
         /// How often a surface has scattered the path in a direction that was one of many: 0 while it shows what the
         /// camera sees, straight or by mirrors and clear glass.
         scatterings: f32,
+        /// Whose light still counts.
         emission_filter: EmissionFilter,
     }
 }
@@ -33,6 +35,7 @@ work_item! {
 /// Whose light a ray still brings home. Other rays than those of photon mapping seek all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EmissionFilter {
+    /// By any material.
     All,
     /// What comes straight from a light, and then as `NonPhoton`: photons have told the rest.
     DirectOnly,

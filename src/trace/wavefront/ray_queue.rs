@@ -12,6 +12,7 @@ pub struct RayQueue {
 }
 
 impl RayQueue {
+    /// Adds a ray.
     #[inline]
     pub fn push(&mut self, ray: Ray, state: PathState) {
         self.rays.push(ray);
@@ -31,29 +32,35 @@ impl RayQueue {
         self.states.compress_store(which, states);
     }
 
+    /// The rays alone.
     pub fn rays(&self) -> &Rays {
         &self.rays
     }
 
+    /// What the rays carry.
     #[inline(always)]
     pub fn states(&self) -> &PathStates {
         &self.states
     }
 
+    /// A ray with what it carries.
     #[inline(always)]
     pub fn get(&self, i: usize) -> (Ray, PathState) {
         (self.rays.get(i), self.states.get(i))
     }
 
+    /// Replaces a ray and what it carries.
     pub fn set(&mut self, i: usize, ray: &Ray, state: &PathState) {
         self.rays.set(i, *ray);
         self.states.set(i, *state);
     }
 
+    /// Replaces what a ray carries.
     pub fn set_state(&mut self, i: usize, state: &PathState) {
         self.states.set(i, *state);
     }
 
+    /// Forgets all; memory stays.
     pub fn clear(&mut self) {
         self.rays.clear();
         self.states.clear();

@@ -25,6 +25,7 @@ pub trait ShadedHits<L: Lanes> {
     fn states(&self) -> PathStateLanes<L>;
     /// Indices of the samples in the batch.
     fn samples(&self) -> [u32; LANES];
+    /// Albedo of what is diffuse.
     fn diffuse(&self) -> V3<L>;
     /// The material of one lane.
     fn material(&self, lane: usize) -> &ShadingParams;

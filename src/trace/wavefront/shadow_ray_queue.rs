@@ -24,6 +24,7 @@ work_item! {
     ShadowRay, ShadowRayLanes, ShadowRays {
         /// Where it is added: see [`accumulator_slot`].
         slot: u32,
+        /// The light, weighted.
         contribution: Vec3,
     }
 }
@@ -32,6 +33,7 @@ work_item! {
     /// The end of a shadow ray, where transparent surfaces do not stop it.
     #[derive(Clone, Copy, Debug, PartialEq)]
     ShadowTarget, ShadowTargetLanes, ShadowTargets {
+        /// On the light.
         point: Vec3,
     }
 }
@@ -39,6 +41,7 @@ work_item! {
 /// Shadow rays towards one light, with what each adds if nothing stands in its way.
 #[derive(Debug, Default)]
 pub struct ShadowRayQueue {
+    /// The rays, each ending at its light.
     pub rays: Rays,
     /// None but where transparent surfaces do not stop rays.
     targets: ShadowTargets,
@@ -93,10 +96,12 @@ impl ShadowRayQueue {
         self.shadow_rays.get(i)
     }
 
+    /// Where on its light a ray ends.
     pub fn target(&self, i: usize) -> Vec3 {
         self.targets.get(i).point
     }
 
+    /// Forgets all; memory stays.
     pub fn clear(&mut self) {
         self.rays.clear();
         self.targets.clear();

@@ -11,6 +11,7 @@ pub struct PhotonCache {
 }
 
 impl PhotonCache {
+    /// A cache of at most `room` bytes, with nothing in it.
     pub fn new(room: u64) -> Self {
         PhotonCache { passes: Vec::new(), bytes: 0, room }
     }
@@ -31,6 +32,7 @@ impl PhotonCache {
         }
     }
 
+    /// Memory that is taken.
     pub fn bytes(&self) -> usize {
         self.bytes
     }

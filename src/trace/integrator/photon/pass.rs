@@ -38,6 +38,7 @@ pub struct PhotonPass {
     pub caustic: [PhotonMap; REACHES.len()],
     /// What diffuse surfaces have scattered.
     pub diffuse: PhotonMap,
+    /// What its passes looked at.
     pub guide: ProgressiveState,
     /// Lamps that send no photons.
     pub non_photon: Lights,
@@ -100,6 +101,7 @@ impl PhotonPass {
         Some((photons, counters))
     }
 
+    /// What the passes so far looked at.
     pub fn guide(&self) -> &ProgressiveState {
         &self.guide
     }

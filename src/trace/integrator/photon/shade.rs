@@ -16,7 +16,9 @@ use crate::trace::wavefront::{
 pub struct PathOutput<'a> {
     /// Of the path's sample.
     pub color: &'a mut Vec3,
+    /// Where shadow rays are asked for, a queue for each light.
     pub shadows: &'a mut [ShadowRayQueue],
+    /// Where rays go on.
     pub next: &'a mut RayQueue,
 }
 

@@ -10,14 +10,18 @@ pub const FACES: [&str; 6] = ["right", "left", "top", "bottom", "front", "back"]
 /// One face; texels are RGB, top row first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Face {
+    /// Texels of a row.
     pub width: u32,
+    /// Rows.
     pub height: u32,
+    /// Linear red, green and blue, row by row from the top.
     pub texels: Vec<[f32; 3]>,
 }
 
 /// Six faces in the order of [`FACES`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct CubeMap {
+    /// Right, left, top, bottom, front and back.
     pub faces: [Face; 6],
 }
 

@@ -14,6 +14,7 @@ use crate::trace::material::texture::{ImageSampler, RayCone};
 /// Where an environment gets its colours from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EnvironmentMap {
+    /// Six square pictures around the scene.
     Cube(Arc<CubeMap>),
     /// Equirectangular: u is the angle around y, 0.5 at -z and growing to the right (towards +x), v from -y up to +y.
     Sphere(Arc<MipMap>),
@@ -24,6 +25,7 @@ pub enum EnvironmentMap {
 /// What lies around the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
+    /// Where the light comes from.
     pub source: EnvironmentMap,
     /// Factor of the radiance.
     intensity: f32,
@@ -68,6 +70,7 @@ impl Environment {
         self.distribution = Some(Arc::new(distribution));
     }
 
+    /// Whether directions can be sampled by how bright they are.
     pub fn is_prepared(&self) -> bool {
         self.distribution.is_some()
     }

@@ -5,6 +5,7 @@ use glam::Vec3;
 /// A direction that light is scattered to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BsdfSample {
+    /// The direction, unit, in the axes of the surface.
     pub wi: Vec3,
     /// Value times cosine over density, as a path's factor.
     pub weight: Vec3,
@@ -12,6 +13,7 @@ pub struct BsdfSample {
     pub pdf: f32,
     /// A mirror or a polished surface: exactly one direction.
     pub specular: bool,
+    /// Whether it goes through the surface.
     pub transmitted: bool,
 }
 

@@ -17,12 +17,17 @@ use crate::trace::sampler::{cosine_hemisphere, cosine_pdf};
 /// The scattering at one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bsdf {
+    /// Lambert's law and Blinn's highlight.
     BlinnPhong(BlinnPhong),
     /// Albedo.
     Lambert(Vec3),
+    /// Metal, of facets or polished.
     Conductor(Conductor),
+    /// Glass, of facets or polished.
     Dielectric(Dielectric),
+    /// A diffuse base under a clear coat.
     Plastic(Plastic),
+    /// Metal, glass and plastic by weights.
     Principled(Principled),
 }
 

@@ -16,6 +16,7 @@ use super::tables;
 use crate::trace::material::{ShadingParams, TransportMode, behind, scale, share};
 use crate::trace::sampler::{cosine_hemisphere, cosine_pdf};
 
+/// The metallic-roughness model of glTF 2.0 (appendix B): a mix of metal, glass, and a diffuse base under a dielectric.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Principled {
     facets: Microfacets,
@@ -53,6 +54,7 @@ struct PrincipledChances {
 }
 
 impl Principled {
+    /// The law of a material, seen from its front or its back.
     pub fn new(m: &ShadingParams, front: bool, transport: TransportMode) -> Self {
         let root = (m.ior - 1.0) / (m.ior + 1.0);
         let straight = root * root;
@@ -78,6 +80,7 @@ impl Principled {
         made
     }
 
+    /// Whether all of it is polished.
     pub fn is_smooth(&self) -> bool {
         self.facets.is_smooth()
     }
@@ -96,6 +99,7 @@ impl Principled {
         (1.0 - self.metallic) * self.transmission
     }
 
+    /// Whether any of it follows Lambert's law.
     pub fn is_diffuse(&self) -> bool {
         self.opaque() > 0.0 && self.color != Vec3::ZERO
     }
@@ -226,6 +230,7 @@ impl Principled {
         }
     }
 
+    /// Value times the cosine of `wi`; both are unit, in the axes of the surface.
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         if wo.z <= 0.0 || wi.z == 0.0 {
             return Vec3::ZERO;
@@ -248,6 +253,7 @@ impl Principled {
         sum
     }
 
+    /// Density of [`Self::sample`] per steradian.
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         if wo.z <= 0.0 || wi.z == 0.0 {
             return 0.0;

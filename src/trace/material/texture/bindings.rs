@@ -170,18 +170,28 @@ impl TextureLayer {
 pub struct TextureSet {
     /// All are multiplied with the colour.
     pub color: Vec<TextureLayer>,
+    /// For the highlight.
     pub specular: Option<TextureLayer>,
+    /// For emitted light.
     pub emission: Option<TextureLayer>,
+    /// For the mirror's share.
     pub reflection: Option<TextureLayer>,
+    /// For the roughness.
     pub roughness: Option<TextureLayer>,
+    /// For the share of metal.
     pub metallic: Option<TextureLayer>,
+    /// For the share that goes through.
     pub transmission: Option<TextureLayer>,
+    /// For the opacity.
     pub opacity: Option<TextureLayer>,
+    /// Heights that bend the normal.
     pub bump: Option<TextureLayer>,
+    /// Normals in the axes of the surface.
     pub normal: Option<TextureLayer>,
 }
 
 impl TextureSet {
+    /// Whether there is no texture at all.
     pub fn is_empty(&self) -> bool {
         self.layers().next().is_none()
     }

@@ -9,6 +9,7 @@ use crate::components::{MipLevel, MipMap, TexelFilter, Wrap};
 pub struct ImageSampler {
     /// Along u and along v.
     pub wrap: [Wrap; 2],
+    /// What lies between texels.
     pub filter: TexelFilter,
 }
 
