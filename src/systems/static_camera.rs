@@ -1,4 +1,4 @@
-//! What is kept of frames while the camera stands cache: the accumulators of tiles, and which bounds their rays crossed.
+//! What is kept of frames while the camera stands still: the accumulators of tiles, and which bounds their rays crossed.
 
 use glam::Vec3;
 

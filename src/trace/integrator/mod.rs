@@ -9,14 +9,14 @@
 //! |---|---|
 //! | `tile` | [`render_pixels`]: samples of the pixels of a tile, in rounds and batches; [`SampleSubset`] |
 //! | `bounces` | [`Estimator`]: the loop over depths; which hits are shaded in lanes and which alone |
-//! | `whitted` | Whitted and distribution ray tracing: every hit spawns all the rays that its material has |
-//! | `path` | path tracing (Kajiya 1986): every hit goes on in one direction, chosen at random |
+//! | `whitted` | Whitted and distribution ray tracing: every hit spawns all the rays that its material has; gloss of mirrors |
+//! | `path` | path tracing (Kajiya 1986): every hit goes on in one direction, sampled by its BSDF ([`super::material::bsdf`]) |
 //! | `photon` | photon mapping: indirect light is read from photons |
 //! | `adaptive` | when pixels have had samples enough |
 //! | `retrace` | [`retrace`]: only those samples that may look otherwise than in a picture before |
 //!
-//! What a Whitted picture leaves out (lens, gloss, soft shadows) is switched off when the settings are resolved. No
-//! contribution is cut off for being small.
+//! `whitted` serves both pictures: the lens, gloss and soft shadows are switched off for Whitted's when the settings are
+//! resolved. Rays are cut off for being faint only below `min_weight`.
 //!
 //! # Side by side
 //!

@@ -8,6 +8,9 @@
 //!
 //! Boxes are tested with a margin by more than the tests of primitives err, so that no hit is ever lost and the tree
 //! answers as brute force does; that alone lets their arithmetic differ from one processor to the next.
+//!
+//! Where a ray meets boxes: `walk` tests one ray against eight, `stream` rays of a stream, [`super::packet`] eight rays
+//! against one; where it meets primitives: [`super::leaves`], and each kind's file in [`crate::trace::primitive`].
 
 mod build;
 mod collapse;

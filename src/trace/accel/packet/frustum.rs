@@ -214,7 +214,7 @@ impl<L: Wide> PacketFrustum<L> {
         Lanes::min(most.reduce_max() + self.slack, self.range[1])
     }
 
-    /// The depth that stands for these bits in what [`Self::meet`] gives.
+    /// The depth that stands for these bits in what [`Self::intersect`] gives.
     #[inline(always)]
     pub fn depth(&self, bits: u32) -> f32 {
         f32::from_bits(bits) + self.range[0]
@@ -231,7 +231,7 @@ impl<L: Wide> PacketFrustum<L> {
         self.clip([x, y, z], limit)
     }
 
-    /// As [`Self::meet`], for boxes that are in registers.
+    /// As [`Self::intersect`], for boxes that are in registers.
     #[inline(always)]
     pub fn clip(&self, boxes: [[L; 2]; 3], limit: f32) -> (L, u32) {
         let [x, y, z] = self.axes;
