@@ -5,8 +5,8 @@ use super::fingerprint::{BaseFingerprint, Fingerprint, PICTURES};
 use crate::base::diagnostics::Diagnostics;
 use crate::compare::description::{Detail, Fact, FrameDescription, PARTS, Topic, short};
 use crate::components::{
-    Camera, Component, ComponentType, EntityDesc, FieldClass, Kind, Material, MaterialName, Record, Render, Scene,
-    Value,
+    Camera, Component, ComponentType, EntityDesc, FieldClass, Kind, Material, MaterialName, Mesh, Record, Render, Role,
+    Scene, Value,
 };
 
 impl Shot {
@@ -58,44 +58,25 @@ impl Facts<'_> {
 
     fn component(&mut self, subject: &str, component: &Component) {
         let kind = component.kind();
-        let default = kind.default_component();
-        let prefix = format!("{}.", kind.name());
-        match component {
-            Component::MaterialName(name) => self.add(Topic::Entity, subject, kind.name(), name.0.to_string()),
-            // What a transform says is said of the entity, as scripts do.
-            Component::Transform(transform) => {
-                self.record(Topic::Entity, subject, "", transform, default.record());
-            }
-            Component::Mesh(mesh) => {
-                let content = format!("{} triangles {}", mesh.data.triangles.len(), short(mesh.data.digest()));
-                self.add(Topic::Entity, subject, kind.name(), content);
-                self.record(Topic::Entity, subject, &prefix, mesh, default.record());
-            }
-            // What bends a mesh is told by its digest beside the fields that scripts change.
-            Component::Skin(_) | Component::Morph(_) => {
-                let content = component.data_digest().map_or_else(|| "there".into(), short);
-                self.add(Topic::Entity, subject, kind.name(), content);
-                self.record(Topic::Entity, subject, &prefix, component.record(), default.record());
-            }
-            // The entities that come from it are told themselves.
-            Component::Asset(_) => {}
-            Component::Motion(_)
-            | Component::Sphere(_)
-            | Component::Triangle(_)
-            | Component::Plane(_)
-            | Component::AABox(_)
-            | Component::Cylinder(_)
-            | Component::Cone(_)
-            | Component::Texture(_)
-            | Component::PointLight(_)
-            | Component::AreaLight(_)
-            | Component::SpotLight(_)
-            | Component::DirectionalLight(_)
-            | Component::Viewpoint(_) => {
-                self.add(Topic::Entity, subject, kind.name(), "there".into());
-                self.record(Topic::Entity, subject, &prefix, component.record(), default.record());
-            }
+        // The entities that come from an asset are told themselves.
+        if kind.role() == Role::Source {
+            return;
         }
+        if let Component::MaterialName(name) = component {
+            return self.add(Topic::Entity, subject, kind.name(), name.0.to_string());
+        }
+        let mut prefix = String::new();
+        // What a transform says is said of the entity, as scripts do.
+        if kind != Kind::Transform {
+            prefix = format!("{}.", kind.name());
+            // Data behind its fields are told by their digest.
+            let mut content = component.data_digest().map_or_else(|| "there".into(), short);
+            if let Some(mesh) = Mesh::of(component) {
+                content = format!("{} triangles {content}", mesh.data.triangles.len());
+            }
+            self.add(Topic::Entity, subject, kind.name(), content);
+        }
+        self.record(Topic::Entity, subject, &prefix, component.record(), kind.default_component().record());
     }
 
     /// The fields that are not at their defaults and show in a picture; data behind them are told by their digest.
