@@ -95,6 +95,8 @@ struct Push {
     other: usize,
     at: DVec3,
     direction: DVec3,
+    /// Of the larger of the two bodies, its distance from the origin included: both are rounded by its like.
+    size: f64,
 }
 
 /// Finds all contacts of the World as it is placed, and what follows from them.
@@ -275,7 +277,8 @@ impl Contacts {
         let Some((mover, direction)) = moved([&first, &second], [one.normal, two.normal]) else { return };
         let Some(at) = overlap(one, two) else { return };
         let [body, other] = if mover == 0 { [one.body, two.body] } else { [two.body, one.body] };
-        self.pushes.entry(body).or_default().push(Push { other, at, direction });
+        let size = self.size(a).max(self.size(b));
+        self.pushes.entry(body).or_default().push(Push { other, at, direction, size });
     }
 
     /// Spheres that are equal: the one behind shrinks.
@@ -286,8 +289,9 @@ impl Contacts {
             let TouchingBody { min, max, .. } = self.bodies[body];
             let pushes = self.pushes.entry(body).or_default();
             // From both sides, which asks for another size.
-            pushes.push(Push { other, at: max, direction: DVec3::NEG_X });
-            pushes.push(Push { other, at: min, direction: DVec3::X });
+            let size = min.abs().max(max.abs()).max_element();
+            pushes.push(Push { other, at: max, direction: DVec3::NEG_X, size });
+            pushes.push(Push { other, at: min, direction: DVec3::X, size });
         }
     }
 
@@ -302,7 +306,7 @@ impl Contacts {
             let mut size = 0.0f64;
             pushes.sort_by_key(|push| push.other);
             for push in pushes {
-                size = size.max(push.at.abs().max_element());
+                size = size.max(push.size).max(push.at.abs().max_element());
                 let again = |k: &&Push| same(k, &push) && (body.transparent || k.other == push.other);
                 if !kept.iter().any(|k| again(&k)) && kept.len() < MOST_STEPS {
                     kept.push(push);

@@ -71,7 +71,8 @@ fn glass_on_a_floor_is_seen_as_if_it_hovered() {
 fn of_two_surfaces_in_one_plane_one_wins_everywhere() {
     let quad = "mesh: (vertices: [(-1.3,-1,0),(1.3,-1,0),(1.3,1,0),(-1.3,1,0)], triangles: [(0,1,2),(0,2,3)])";
     let triangle = "triangle: (vertices: ((-1.9,-1.1,0),(2.1,-1.2,0),(0.3,2.4,0)))";
-    let small = "mesh: (vertices: [(-0.95,-0.8,0),(0.95,-0.8,0),(0.95,0.8,0),(-0.95,0.8,0)], triangles: [(0,1,2),(0,2,3)])";
+    let small =
+        "mesh: (vertices: [(-0.95,-0.8,0),(0.95,-0.8,0),(0.95,0.8,0),(-0.95,0.8,0)], triangles: [(0,1,2),(0,2,3)])";
     let plane = "plane: (normal: (0, 0, 1))";
     let slab = "aabox: (min: (-1.2, -0.9, -0.5), max: (1.2, 0.9, 0))";
     let render = |entities: &str| {
