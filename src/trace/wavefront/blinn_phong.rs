@@ -9,7 +9,7 @@ use super::context::RenderContext;
 use super::lamp_shading::{BlinnPhongShading, mirror_directions, push_mirrored, sample_lamp};
 use super::ray_queue::RayQueue;
 use super::shadow_ray_queue::ShadowRayQueue;
-use crate::components::{Integrator, Model};
+use crate::components::Model;
 use crate::trace::counters::Counters;
 use crate::trace::material::{HoleCoverage, ShadingParams};
 use crate::trace::simd::{Kernel, LANES, V3, Wide, lanes, set_lane};
@@ -34,7 +34,7 @@ pub fn is_blinn_phong(context: RenderContext, material: &ShadingParams) -> bool 
     let diffuse = material.model == Model::Lambert;
     let gloss = context.settings.gloss && material.gloss > 0.0;
     let opaque = material.model == Model::BlinnPhong && material.transmission == 0.0 && !gloss;
-    let split = context.settings.integrator == Integrator::Whitted && material.coverage == HoleCoverage::Partial;
+    let split = context.settings.splits_holes && material.coverage == HoleCoverage::Partial;
     (diffuse || opaque) && material.emission == Vec3::ZERO && !split
 }
 
