@@ -298,7 +298,24 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         memory::set_budget(bytes);
     }
     let threads = threads::start(parsed.command.threads());
-    let outcome = threads.and_then(|()| lanes::start()).and_then(|()| match parsed.command {
+    let outcome = threads.and_then(|()| lanes::start()).and_then(|()| run(parsed.command));
+    let exit = outcome.unwrap_or_else(|problems| {
+        say(&problems);
+        exit_code(&problems)
+    });
+    let exit = match LOST_OUTPUT.get().filter(|_| matches!(exit, Exit::Done | Exit::Differences)) {
+        Some(lost) => {
+            say(&lost.clone().into());
+            Exit::Io
+        }
+        None => exit,
+    };
+    ExitCode::from(exit as u8)
+}
+
+/// Carries out a command.
+fn run(command: Command) -> Result<Exit, Diagnostics> {
+    match command {
         Command::Render(arguments) => render::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Plan(arguments) => plan::run(&arguments),
@@ -321,19 +338,7 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         Command::Guide(arguments) => guide::run(&arguments),
         Command::Completions(arguments) => guide::completions(&arguments),
         Command::Man(arguments) => guide::man(&arguments),
-    });
-    let exit = outcome.unwrap_or_else(|problems| {
-        say(&problems);
-        exit_code(&problems)
-    });
-    let exit = match LOST_OUTPUT.get().filter(|_| matches!(exit, Exit::Done | Exit::Differences)) {
-        Some(lost) => {
-            say(&lost.clone().into());
-            Exit::Io
-        }
-        None => exit,
-    };
-    ExitCode::from(exit as u8)
+    }
 }
 
 /// Prints what the reader of arguments has to say: help, the version, or what is wrong with them; gives the exit code.
@@ -415,6 +420,9 @@ fn print(text: &str) {
 
 /// Why a result could not be written, if one could not.
 static LOST_OUTPUT: OnceLock<Diagnostic> = OnceLock::new();
+
+#[cfg(test)]
+mod full_disk;
 
 #[cfg(test)]
 mod tests {
