@@ -59,13 +59,13 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 }
 
 /// A folder with inputs, and one to write to.
-struct Desk {
+struct DiskDesk {
     folder: tempfile::TempDir,
 }
 
-impl Desk {
-    fn new() -> Desk {
-        Desk { folder: tempfile::tempdir().unwrap() }
+impl DiskDesk {
+    fn new() -> DiskDesk {
+        DiskDesk { folder: tempfile::tempdir().unwrap() }
     }
 
     /// Where is written.
@@ -102,7 +102,7 @@ impl Desk {
 }
 
 /// Fails every step of a command in turn; gives what the steps are.
-fn with_a_full_disk(desk: &Desk, words: &str) -> Vec<&'static str> {
+fn with_a_full_disk(desk: &DiskDesk, words: &str) -> Vec<&'static str> {
     let before = files(&desk.out());
     let disk = FullDisk::below(&desk.out(), usize::MAX, false);
     desk.ok(words);
@@ -134,8 +134,8 @@ fn with_a_full_disk(desk: &Desk, words: &str) -> Vec<&'static str> {
 }
 
 /// A desk with what commands begin with.
-fn desk() -> Desk {
-    let desk = Desk::new();
+fn desk() -> DiskDesk {
+    let desk = DiskDesk::new();
     std::fs::create_dir_all(desk.out()).unwrap();
     let write = |name: &str, text: &str| std::fs::write(desk.folder.path().join(name), text).unwrap();
     write("still.ron", STILL);

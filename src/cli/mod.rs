@@ -393,12 +393,17 @@ fn say(problems: &Diagnostics) {
     if progress::is_for_escapes() && std::env::var_os("NO_COLOR").is_none() {
         text = text.replace("error: ", "\x1b[1;31merror:\x1b[0m ").replace("warning: ", "\x1b[1;33mwarning:\x1b[0m ");
     }
-    // A closed stderr leaves nobody to tell.
-    let _ = writeln!(std::io::stderr(), "{text}");
+    note(&text);
 }
 
 /// Writes a line to stderr as it is.
 fn note(text: &str) {
+    if cfg!(test) {
+        // Only this way does it go to whoever runs the tests, if one fails.
+        eprintln!("{text}");
+        return;
+    }
+    // A closed stderr leaves nobody to tell.
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
@@ -410,6 +415,10 @@ fn stdout_is_terminal() -> bool {
 /// Writes a result to stdout. A reader that has gone away is no failure; whatever else keeps a result from being written
 /// is one, and ends the command with that code when its work is done.
 fn print(text: &str) {
+    if cfg!(test) {
+        print!("{text}");
+        return;
+    }
     let mut out = std::io::stdout().lock();
     if let Err(error) = out.write_all(text.as_bytes()).and_then(|()| out.flush())
         && error.kind() != std::io::ErrorKind::BrokenPipe

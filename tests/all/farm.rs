@@ -255,7 +255,8 @@ fn templates_and_rules_name_every_frame_once() {
     let chunked = sandbox.anim("farm openjd p/a.rhai --chunk-seconds 60 --for windows --to -").ok().stdout;
     assert!(chunked.contains("extensions: [TASK_CHUNKING]") && chunked.contains("powershell"), "{chunked}");
     sandbox.anim("farm openjd p/a.rhai --frames 5,3").fails(2, &["in their order"]);
-    sandbox.anim("farm openjd p/a.rhai -D label=\"x\" --for windows").fails(2, &["double quote"]);
+    sandbox.write("p/b.rhai", SCRIPT.replace("30)", "30) + param(\"label\", \"\").len()"));
+    sandbox.anim("farm openjd p/b.rhai -D label=\"x\" --for windows").fails(2, &["double quote"]);
     let ninja = sandbox.anim("farm make p/a.rhai --tasks 4 -o out/ --to build.ninja").ok();
     assert!(ninja.stdout.contains("ninja -f build.ninja"));
     let rules = String::from_utf8(sandbox.read("build.ninja")).unwrap();
