@@ -24,6 +24,8 @@ mod gltf;
 mod gltf_file;
 #[path = "all/golden.rs"]
 mod golden;
+#[path = "all/hostile.rs"]
+mod hostile;
 #[path = "all/house.rs"]
 mod house;
 #[path = "all/light.rs"]

@@ -181,6 +181,8 @@ pub const SCRIPT_SPAWNS: usize = 300_000;
 pub const SCRIPT_CALL_DEPTH: usize = 32;
 /// Nesting of one script expression; the parser recurses.
 pub const SCRIPT_EXPRESSION_DEPTH: usize = 64;
+/// Arguments of one call in a script: nobody counts more, and the search for a function of so many is slow.
+pub const SCRIPT_ARGUMENTS: usize = 64;
 /// Bytes of one string in a script.
 pub const SCRIPT_STRING_BYTES: usize = 1 << 20;
 /// Elements of one array in a script, those of arrays inside it included: Rhai counts them at every step, so that a

@@ -2,7 +2,7 @@
 //!
 //! Exact mathematics ([`math`], [`rotation`]), stateless random numbers ([`random`]), colour transfer ([`color`]), every cap
 //! of the program ([`limits`]), words of other tools ([`synonyms`]), capped reading ([`files`]) below a project's root
-//! ([`project`]), encodings ([`text`], [`base64`]), digests of content ([`digest`]), values as bytes for another process ([`codec`]), processor time
+//! ([`project`]), what writing does to a disk ([`disk`]), encodings ([`text`], [`base64`]), digests of content ([`digest`]), values as bytes for another process ([`codec`]), processor time
 //! ([`clock`]), memory held ([`memory`]), frame rates as fractions ([`rate`]), the built-in font ([`font`]) and the one shape
 //! that all mistakes are reported in ([`diagnostics`]).
 
@@ -12,6 +12,7 @@ pub mod codec;
 pub mod color;
 pub mod diagnostics;
 pub mod digest;
+pub mod disk;
 pub mod files;
 pub mod font;
 pub mod limits;

@@ -190,7 +190,7 @@ pub fn run(arguments: &FarmArguments) -> Result<Exit, Diagnostics> {
             let folder = absolute(&output::folder_of(&to).to_string_lossy());
             let options =
                 OpenJdOptions { system, chunk_seconds: arguments.chunk_seconds, cores: arguments.job.cpus, folder };
-            check_openjd(&job)?;
+            check_openjd(&job, system)?;
             let to = written(&arguments.job, &job, "openjd.yaml", &openjd::template(&job, &options))?;
             let given: String = options.missing(&job).iter().map(|word| format!(" {}", quote::shell(word))).collect();
             told(&to, &job, &format!("openjd run {} --step Render{given}", to.display()))
@@ -250,13 +250,16 @@ fn check_slurm(job: &FarmJob, options: &SlurmOptions) -> Result<(), Diagnostics>
 }
 
 /// Templates name frames by ranges that ascend, and their outputs by a folder.
-fn check_openjd(job: &FarmJob) -> Result<(), Diagnostics> {
+fn check_openjd(job: &FarmJob, system: WorkerSystem) -> Result<(), Diagnostics> {
     let numbers: Vec<u32> = job.tasks.tasks.iter().flat_map(|task| task.frames.iter().copied()).collect();
     if !numbers.is_sorted() {
         return Err(usage("--frames: schedulers sort frames, so give them in their order"));
     }
     if job.settings.iter().any(|word| word.contains("{{")) {
         return Err(usage("`{{` stands for a parameter in a template, and cannot be in a setting"));
+    }
+    if system == WorkerSystem::Windows && job.settings.iter().any(|word| word.contains('"')) {
+        return Err(usage("a double quote in a setting: Windows PowerShell does not hand it on to programs"));
     }
     if job.film.is_some() {
         return Err(usage("--film: make it of the output, as in anim film FOLDER -o show.mp4"));

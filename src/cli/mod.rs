@@ -298,7 +298,24 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         memory::set_budget(bytes);
     }
     let threads = threads::start(parsed.command.threads());
-    let outcome = threads.and_then(|()| lanes::start()).and_then(|()| match parsed.command {
+    let outcome = threads.and_then(|()| lanes::start()).and_then(|()| run(parsed.command));
+    let exit = outcome.unwrap_or_else(|problems| {
+        say(&problems);
+        exit_code(&problems)
+    });
+    let exit = match LOST_OUTPUT.get().filter(|_| matches!(exit, Exit::Done | Exit::Differences)) {
+        Some(lost) => {
+            say(&lost.clone().into());
+            Exit::Io
+        }
+        None => exit,
+    };
+    ExitCode::from(exit as u8)
+}
+
+/// Carries out a command.
+fn run(command: Command) -> Result<Exit, Diagnostics> {
+    match command {
         Command::Render(arguments) => render::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Plan(arguments) => plan::run(&arguments),
@@ -321,19 +338,7 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
         Command::Guide(arguments) => guide::run(&arguments),
         Command::Completions(arguments) => guide::completions(&arguments),
         Command::Man(arguments) => guide::man(&arguments),
-    });
-    let exit = outcome.unwrap_or_else(|problems| {
-        say(&problems);
-        exit_code(&problems)
-    });
-    let exit = match LOST_OUTPUT.get().filter(|_| matches!(exit, Exit::Done | Exit::Differences)) {
-        Some(lost) => {
-            say(&lost.clone().into());
-            Exit::Io
-        }
-        None => exit,
-    };
-    ExitCode::from(exit as u8)
+    }
 }
 
 /// Prints what the reader of arguments has to say: help, the version, or what is wrong with them; gives the exit code.
@@ -388,12 +393,17 @@ fn say(problems: &Diagnostics) {
     if progress::is_for_escapes() && std::env::var_os("NO_COLOR").is_none() {
         text = text.replace("error: ", "\x1b[1;31merror:\x1b[0m ").replace("warning: ", "\x1b[1;33mwarning:\x1b[0m ");
     }
-    // A closed stderr leaves nobody to tell.
-    let _ = writeln!(std::io::stderr(), "{text}");
+    note(&text);
 }
 
 /// Writes a line to stderr as it is.
 fn note(text: &str) {
+    if cfg!(test) {
+        // Only this way does it go to whoever runs the tests, if one fails.
+        eprintln!("{text}");
+        return;
+    }
+    // A closed stderr leaves nobody to tell.
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
@@ -405,6 +415,10 @@ fn stdout_is_terminal() -> bool {
 /// Writes a result to stdout. A reader that has gone away is no failure; whatever else keeps a result from being written
 /// is one, and ends the command with that code when its work is done.
 fn print(text: &str) {
+    if cfg!(test) {
+        print!("{text}");
+        return;
+    }
     let mut out = std::io::stdout().lock();
     if let Err(error) = out.write_all(text.as_bytes()).and_then(|()| out.flush())
         && error.kind() != std::io::ErrorKind::BrokenPipe
@@ -415,6 +429,9 @@ fn print(text: &str) {
 
 /// Why a result could not be written, if one could not.
 static LOST_OUTPUT: OnceLock<Diagnostic> = OnceLock::new();
+
+#[cfg(test)]
+mod full_disk;
 
 #[cfg(test)]
 mod tests {

@@ -5,8 +5,8 @@ mod shared;
 mod tiles;
 
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use serde_json::json;
 
@@ -351,8 +351,13 @@ fn outcome(plan: &Plan, failed: &[(u32, Diagnostics)], there: usize) -> Exit {
     }
 }
 
-/// A flag that the first interrupt raises; the second ends the program at once.
+/// A flag that the first interrupt raises, the same for whoever asks; the second one ends the program at once.
 pub fn on_interrupt() -> Result<Arc<AtomicBool>, Diagnostics> {
+    static RAISED: Mutex<Option<Arc<AtomicBool>>> = Mutex::new(None);
+    let mut known = RAISED.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(cancel) = &*known {
+        return Ok(cancel.clone());
+    }
     let cancel = Arc::new(AtomicBool::new(false));
     let raised = cancel.clone();
     let handler = move || {
@@ -361,6 +366,7 @@ pub fn on_interrupt() -> Result<Arc<AtomicBool>, Diagnostics> {
         }
     };
     ctrlc::set_handler(handler).map_err(|e| Diagnostic::error(format!("cannot listen for interrupts: {e}")))?;
+    *known = Some(cancel.clone());
     Ok(cancel)
 }
 

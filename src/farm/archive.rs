@@ -27,6 +27,7 @@ use tempfile::TempDir;
 
 use crate::base::diagnostics::{Cause, Diagnostic, nearest};
 use crate::base::digest::Digest;
+use crate::base::disk::{self, DiskFile};
 use crate::base::project::{FileRole, tidy};
 use crate::base::{files, limits};
 use crate::output::{AtomicFile, write_atomic};
@@ -182,7 +183,7 @@ fn is_safe(path: &str) -> bool {
 
 /// Where contents are put: a zip file or a folder.
 enum Packer {
-    Zip(Box<ZipArchiveWriter<File>>, AtomicFile),
+    Zip(Box<ZipArchiveWriter<DiskFile>>, AtomicFile),
     Folder(PathBuf),
 }
 
@@ -221,7 +222,7 @@ impl Packer {
 }
 
 /// What is packed already, as pictures are, is stored as it is.
-fn add_to_zip(archive: &mut ZipArchiveWriter<File>, name: &str, bytes: &[u8]) -> Result<(), rawzip::Error> {
+fn add_to_zip(archive: &mut ZipArchiveWriter<DiskFile>, name: &str, bytes: &[u8]) -> Result<(), rawzip::Error> {
     let mut deflated = DeflateEncoder::new(Vec::new(), Compression::default());
     deflated.write_all(bytes)?;
     let deflated = deflated.finish()?;
@@ -246,7 +247,7 @@ pub fn write(shot: &Shot, parameters: &[(String, String)], out: &Path) -> Result
         let file = AtomicFile::create(out)?;
         Packer::Zip(Box::new(ZipArchiveWriter::new(file.handle()?)), file)
     } else {
-        std::fs::create_dir_all(out).map_err(|e| Diagnostic::io(out.display(), "write", &e))?;
+        disk::create_dir_all(out).map_err(|e| Diagnostic::io(out.display(), "write", &e))?;
         Packer::Folder(out.to_path_buf())
     };
     let mut packed = Vec::with_capacity(found.len());

@@ -50,10 +50,11 @@ impl OpenJdOptions {
 /// The template, as YAML.
 pub fn template(job: &FarmJob, options: &OpenJdOptions) -> String {
     let mut text = head(job, options);
-    text += &parameters(job, options);
+    let parameters = parameters(job, options);
+    text += &definitions(&parameters);
     text += "steps:\n";
-    text += &render_step(job, options);
-    text += &check_step(job, options);
+    text += &render_step(job, options, &parameters);
+    text += &check_step(job, options, &parameters);
     text
 }
 
@@ -88,51 +89,104 @@ fn head(job: &FarmJob, options: &OpenJdOptions) -> String {
     text
 }
 
-fn parameters(job: &FarmJob, options: &OpenJdOptions) -> String {
-    let mut text = String::from("parameterDefinitions:\n");
-    let mut add = |name: &str, kind: &str, more: &str, default: Option<String>, about: &str| {
-        let default = default.map_or(String::new(), |default| format!("  default: {default}\n"));
-        let _ = writeln!(text, "- name: {name}\n  type: {kind}\n{more}{default}  description: {}", yaml(about));
-    };
+/// A parameter of the job: declared once, in the template's definitions, and handed to every script in this order.
+struct JobParameter {
+    name: &'static str,
+    kind: &'static str,
+    /// More lines of its definition.
+    more: &'static str,
+    default: Option<String>,
+    about: &'static str,
+    /// What scripts call it.
+    variable: &'static str,
+}
+
+fn parameters(job: &FarmJob, options: &OpenJdOptions) -> Vec<JobParameter> {
     let path = |path: &str| options.default_of(path).map(|path| yaml(&path));
-    let file = "  objectType: FILE\n  dataFlow: IN\n";
-    add("Input", "PATH", file, path(&job.input), "The script, scene or archive.");
-    let folder = "  objectType: DIRECTORY\n  dataFlow: OUT\n";
-    add("Output", "PATH", folder, path(&job.folder), "The folder of the frames.");
-    let frames = Some(yaml(&job.frames.replace('x', ":")));
-    add("Frames", "STRING", "", frames, "Ascending ranges, as in 1-10,20,30-60:5.");
+    let size_about = "In pixels; 0: as the scene says.";
+    let count = |name, variable, about| JobParameter {
+        name,
+        kind: "INT",
+        more: "  minValue: 0\n",
+        default: Some("0".into()),
+        about,
+        variable,
+    };
+    let mut all = vec![
+        JobParameter {
+            name: "Input",
+            kind: "PATH",
+            more: "  objectType: FILE\n  dataFlow: IN\n",
+            default: path(&job.input),
+            about: "The script, scene or archive.",
+            variable: "show",
+        },
+        JobParameter {
+            name: "Output",
+            kind: "PATH",
+            more: "  objectType: DIRECTORY\n  dataFlow: OUT\n",
+            default: path(&job.folder),
+            about: "The folder of the frames.",
+            variable: "folder",
+        },
+        JobParameter {
+            name: "Frames",
+            kind: "STRING",
+            more: "",
+            default: Some(yaml(&job.frames.replace('x', ":"))),
+            about: "Ascending ranges, as in 1-10,20,30-60:5.",
+            variable: "frames",
+        },
+        count("Width", "width", size_about),
+        count("Height", "height", size_about),
+        count("Samples", "samples", "Samples per pixel; 0: as the scene says."),
+        JobParameter {
+            name: "Anim",
+            kind: "STRING",
+            more: "",
+            default: Some(yaml(&job.anim)),
+            about: "The program on the workers.",
+            variable: "anim",
+        },
+    ];
     if options.chunk_seconds.is_none() {
-        let count = Some(job.tasks.tasks.len().to_string());
-        add("Tasks", "INT", "  minValue: 1\n", count, "Into how many parts of about the same cost.");
+        all.push(JobParameter {
+            name: "Tasks",
+            kind: "INT",
+            more: "  minValue: 1\n",
+            default: Some(job.tasks.tasks.len().to_string()),
+            about: "Into how many parts of about the same cost.",
+            variable: "tasks",
+        });
     }
-    for (name, about) in [
-        ("Width", "In pixels; 0: as the scene says."),
-        ("Height", "In pixels; 0: as the scene says."),
-        ("Samples", "Samples per pixel; 0: as the scene says."),
-    ] {
-        add(name, "INT", "  minValue: 0\n", Some("0".into()), about);
+    all
+}
+
+fn definitions(parameters: &[JobParameter]) -> String {
+    let mut text = String::from("parameterDefinitions:\n");
+    for JobParameter { name, kind, more, default, about, variable: _ } in parameters {
+        let default = default.as_ref().map_or(String::new(), |default| format!("  default: {default}\n"));
+        let _ = writeln!(text, "- name: {name}\n  type: {kind}\n{more}{default}  description: {}", yaml(about));
     }
-    add("Anim", "STRING", "", Some(yaml(&job.anim)), "The program on the workers.");
     text
 }
 
-/// Values of parameters go to scripts as arguments, so that no quote or blank in them is read as code.
-fn arguments(first: &[&str], values: &[&str]) -> String {
-    let all = first.iter().chain(values).map(|value| yaml(value));
-    format!("[{}]", all.collect::<Vec<_>>().join(", "))
-}
-
-fn action(options: &OpenJdOptions, values: &[&str]) -> String {
+/// How a script is run. Values of parameters are arguments, so that no quote or blank in them is read as code; what a task
+/// is comes last.
+fn action(options: &OpenJdOptions, parameters: &[JobParameter], task: Option<&str>) -> String {
     let (command, first): (&str, &[&str]) = match options.system {
         WorkerSystem::Linux => ("bash", &["{{Task.File.Run}}"]),
         WorkerSystem::Windows => {
             ("powershell", &["-NoProfile", "-ExecutionPolicy", "Bypass", "-File", "{{Task.File.Run}}"])
         }
     };
+    let values = parameters.iter().map(|parameter| format!("{{{{Param.{}}}}}", parameter.name));
+    let values = values.chain(task.map(|task| format!("{{{{Task.Param.{task}}}}}")));
+    let words: Vec<String> = first.iter().map(|word| yaml(word)).chain(values.map(|value| yaml(&value))).collect();
     format!(
-        "    actions:\n      onRun:\n        command: {command}\n        args: {}\n        cancelation:\n          \
+        "    actions:\n      onRun:\n        command: {command}\n        args: [{}]\n        cancelation:\n          \
          mode: NOTIFY_THEN_TERMINATE\n          notifyPeriodInSeconds: 60\n",
-        arguments(first, values)
+        words.join(", ")
     )
 }
 
@@ -148,17 +202,7 @@ fn embedded(options: &OpenJdOptions, script: &str) -> String {
     )
 }
 
-const COMMON_VALUES: [&str; 7] = [
-    "{{Param.Anim}}",
-    "{{Param.Input}}",
-    "{{Param.Output}}",
-    "{{Param.Frames}}",
-    "{{Param.Width}}",
-    "{{Param.Height}}",
-    "{{Param.Samples}}",
-];
-
-fn render_step(job: &FarmJob, options: &OpenJdOptions) -> String {
+fn render_step(job: &FarmJob, options: &OpenJdOptions, parameters: &[JobParameter]) -> String {
     let mut text = String::from("- name: Render\n  hostRequirements:\n");
     let family = match options.system {
         WorkerSystem::Linux => "linux",
@@ -182,94 +226,96 @@ fn render_step(job: &FarmJob, options: &OpenJdOptions) -> String {
                  defaultTaskCount: {}\n        targetRuntimeSeconds: {seconds}\n        rangeConstraint: CONTIGUOUS\n",
                 frames.div_ceil(count).max(1)
             );
-            ["{{Task.Param.Chunk}}", ""]
+            "Chunk"
         }
         None => {
             text += "    - name: Task\n      type: INT\n      range: \"1-{{Param.Tasks}}\"\n";
-            ["{{Task.Param.Task}}", "{{Param.Tasks}}"]
+            "Task"
         }
     };
     text += "  script:\n";
-    text += &embedded(options, &render_script(job, options));
-    let values: Vec<&str> = COMMON_VALUES.iter().chain(&task).copied().collect();
-    text.push_str(&action(options, &values));
-    text
+    text += &embedded(options, &render_script(job, options, parameters));
+    text + &action(options, parameters, Some(task))
 }
 
-fn check_step(job: &FarmJob, options: &OpenJdOptions) -> String {
+fn check_step(job: &FarmJob, options: &OpenJdOptions, parameters: &[JobParameter]) -> String {
     let mut text = String::from("- name: Check\n  dependencies:\n  - dependsOn: Render\n  script:\n");
-    text += &embedded(options, &check_script(job, options));
-    text.push_str(&action(options, &COMMON_VALUES));
-    text
+    text += &embedded(options, &check_script(job, options, parameters));
+    text + &action(options, parameters, None)
 }
 
-/// What both scripts begin with: the shot with its settings.
-fn shot_lines(job: &FarmJob, options: &OpenJdOptions) -> String {
+/// What both scripts begin with: their arguments, and the shot with its settings.
+fn shot_lines(job: &FarmJob, options: &OpenJdOptions, parameters: &[JobParameter]) -> String {
+    let variables = parameters.iter().map(|parameter| parameter.variable).chain(["task"]);
     match options.system {
-        WorkerSystem::Linux => format!(
-            "set -u\nanim=$1 input=$2 output=$3 frames=${{4//:/x}} width=$5 height=$6 samples=$7\n\
-             shot=(\"$input\"{}{})\n\
-             if [ \"$width\" -gt 0 ] && [ \"$height\" -gt 0 ]; then shot+=(--size \"${{width}}x$height\"); fi\n\
-             if [ \"$samples\" -gt 0 ]; then shot+=(--spp \"$samples\"); fi\n",
-            if job.settings.is_empty() { "" } else { " " },
-            shell_words(&job.settings),
-        ),
+        WorkerSystem::Linux => {
+            let read: Vec<String> =
+                variables.enumerate().map(|(at, name)| format!("{name}=${{{}-}}", at + 1)).collect();
+            format!(
+                "set -u\n{}\nframes=${{frames//:/x}}\nshot=(\"$show\"{}{})\n\
+                 if [ \"$width\" -gt 0 ] && [ \"$height\" -gt 0 ]; then shot+=(--size \"${{width}}x$height\"); fi\n\
+                 if [ \"$samples\" -gt 0 ]; then shot+=(--spp \"$samples\"); fi\n",
+                read.join(" "),
+                if job.settings.is_empty() { "" } else { " " },
+                shell_words(&job.settings),
+            )
+        }
         WorkerSystem::Windows => {
+            let read: Vec<String> = variables.map(|name| format!("${name}")).collect();
             let settings: String = job.settings.iter().map(|word| format!(", {}", power_shell(word))).collect();
             format!(
-                "$anim, $program_input, $output, $frames, [int]$width, [int]$height, [int]$samples = $args[0..6]\n\
-                 $frames = $frames.Replace(':', 'x')\n\
-                 $shot = @($program_input{settings})\n\
-                 if ($width -gt 0 -and $height -gt 0) {{ $shot += '--size', \"${{width}}x${{height}}\" }}\n\
-                 if ($samples -gt 0) {{ $shot += '--spp', $samples }}\n"
+                "{} = $args\n$frames = $frames.Replace(':', 'x')\n$shot = @($show{settings})\n\
+                 if ([int]$width -gt 0 -and [int]$height -gt 0) {{ $shot += '--size', \"${{width}}x${{height}}\" }}\n\
+                 if ([int]$samples -gt 0) {{ $shot += '--spp', $samples }}\n",
+                read.join(", ")
             )
         }
     }
 }
 
 /// The output is a folder, whatever it is called.
-fn render_script(job: &FarmJob, options: &OpenJdOptions) -> String {
-    let shot = shot_lines(job, options);
+fn render_script(job: &FarmJob, options: &OpenJdOptions, parameters: &[JobParameter]) -> String {
+    let shot = shot_lines(job, options, parameters);
     let is_chunked = options.chunk_seconds.is_some();
     match options.system {
         WorkerSystem::Linux => {
             let which = if is_chunked {
-                "which=(--frames \"${8//:/x}\")"
+                "which=(--frames \"${task//:/x}\")"
             } else {
-                "which=(--frames \"$frames\" --shard \"$8/$9\")"
+                "which=(--frames \"$frames\" --shard \"$task/$tasks\")"
             };
             format!(
                 "{shot}# The frames of this task.\n{which}\n\
                  # A failure is told by the exit code: schedulers take openjd_fail alone for a remark.\n\
-                 exec \"$anim\" render \"${{shot[@]}}\" \"${{which[@]}}\" -o \"$output/\" --progress openjd\n"
+                 exec \"$anim\" render \"${{shot[@]}}\" \"${{which[@]}}\" -o \"$folder/\" --progress openjd\n"
             )
         }
         WorkerSystem::Windows => {
             let which = if is_chunked {
-                "$which = '--frames', $args[7].Replace(':', 'x')"
+                "$which = '--frames', $task.Replace(':', 'x')"
             } else {
-                "$which = '--frames', $frames, '--shard', \"$($args[7])/$($args[8])\""
+                "$which = '--frames', $frames, '--shard', \"$task/$tasks\""
             };
             format!(
                 "{shot}# The frames of this task.\n{which}\n\
                  # A failure is told by the exit code: schedulers take openjd_fail alone for a remark.\n\
-                 & $anim render @shot @which -o \"$output/\" --progress openjd\nexit $LASTEXITCODE\n"
+                 & $anim render @shot @which -o \"$folder/\" --progress openjd\nexit $LASTEXITCODE\n"
             )
         }
     }
 }
 
-fn check_script(job: &FarmJob, options: &OpenJdOptions) -> String {
-    let shot = shot_lines(job, options);
+fn check_script(job: &FarmJob, options: &OpenJdOptions, parameters: &[JobParameter]) -> String {
+    let shot = shot_lines(job, options, parameters);
     match options.system {
         WorkerSystem::Linux => format!(
             "{shot}# Every frame by its hash; what is missing is a failure.\n\
-             left=$(\"$anim\" plan \"${{shot[@]}}\" --frames \"$frames\" -o \"$output/\" --left)\ncode=$?\n\
+             left=$(\"$anim\" plan \"${{shot[@]}}\" --frames \"$frames\" -o \"$folder/\" --left)\ncode=$?\n\
              if [ \"$code\" -eq 1 ]; then echo \"openjd_fail: missing frames: $left\"; fi\nexit \"$code\"\n"
         ),
         WorkerSystem::Windows => format!(
             "{shot}# Every frame by its hash; what is missing is a failure.\n\
-             $left = & $anim plan @shot --frames $frames -o \"$output/\" --left\n$code = $LASTEXITCODE\n\
+             $left = & $anim plan @shot --frames $frames -o \"$folder/\" --left\n$code = $LASTEXITCODE\n\
              if ($code -eq 1) {{ Write-Output \"openjd_fail: missing frames: $left\" }}\nexit $code\n"
         ),
     }

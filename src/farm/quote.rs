@@ -14,9 +14,20 @@ pub fn shell_words<'a>(words: impl IntoIterator<Item = &'a String>) -> String {
     words.into_iter().map(|word| shell(word)).collect::<Vec<_>>().join(" ")
 }
 
-/// A word for PowerShell.
+/// A word for PowerShell, in ASCII: Windows PowerShell reads a script without a byte order mark in the code page of its
+/// machine.
 pub fn power_shell(word: &str) -> String {
-    format!("'{}'", word.replace('\'', "''"))
+    let mut quoted = String::from("'");
+    for unit in word.encode_utf16() {
+        match char::from_u32(unit.into()).filter(char::is_ascii) {
+            // The two marks of a quote.
+            Some('\'') => quoted += "''",
+            Some(c) => quoted.push(c),
+            None => quoted += &format!("' + [char]{unit} + '"),
+        }
+    }
+    quoted.push('\'');
+    if word.is_ascii() { quoted } else { format!("({quoted})") }
 }
 
 /// A shell command as a recipe of make.
@@ -68,6 +79,7 @@ mod tests {
     #[test]
     fn other_tools_have_their_own_signs() {
         assert_eq!(power_shell("it's $x"), "'it''s $x'");
+        assert_eq!(power_shell("a=ü"), "('a=' + [char]252 + '')");
         assert_eq!((make_recipe("echo $x"), make_path("a b:c")), ("echo $$x".into(), "a\\ b\\:c".into()));
         assert_eq!(ninja_path("a b:$c"), "a$ b$:$$c");
         assert_eq!(yaml("a \"b\"\n{c}"), "\"a \\\"b\\\"\\n{c}\"");

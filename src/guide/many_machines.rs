@@ -185,6 +185,17 @@ pub fn actions() -> Vec<Block> {
     ]
 }
 
+/// A plan as data, and the command of a task with something else for its number: what all queues begin with.
+const PLAN_IN_PYTHON: &str = "import json, subprocess
+
+plan = [\"anim\", \"plan\", \"/shared/show.rhai\", \"-o\", \"/shared/show/\", \"--json\", \"--tasks\", \"20\"]
+head, *tasks = map(json.loads, subprocess.check_output(plan, text=True).splitlines())
+left = \",\".join(str(task[\"task\"]) for task in tasks if task[\"left\"])
+
+def numbered(sign):
+    part = \"/%d\" % head[\"tasks\"]
+    return [sign + part if word == \"1\" + part else word for word in tasks[0][\"arguments\"]]";
+
 /// Any other queue.
 pub fn queues() -> Vec<Block> {
     vec![
@@ -197,17 +208,22 @@ pub fn queues() -> Vec<Block> {
         answer(
             "{\"plan\":\"5e0c...\",\"tasks\":20,\"frames\":48,\"left\":48,\"cost\":171.2,\"price\":0.0,\"longest\":8.9,\"cores\":8,\"memory_bytes\":536870912,...}\n{\"task\":1,\"frames\":\"1-3\",\"first\":1,\"last\":3,\"count\":3,\"left\":3,\"cost\":8.7,\"arguments\":[\"render\",\"show.rhai\",\"--shard\",\"1/20\",...]}",
         ),
+        text(
+            "What follows is Python that reads these lines and hands the tasks on. It begins with the same words for each queue; \
+             `left` is what was missing when the plan was made, so that a second submission renders the rest alone.",
+        ),
+        answer(PLAN_IN_PYTHON),
         heading("Deadline (the command-line plugin)"),
         answer(
-            "Plugin=CommandLine\nName=show\nFrames=1-20\nChunkSize=1\n# and in the file of the plugin\nExecutable=/opt/anim\nArguments=render /shared/show.rhai --shard <STARTFRAME>/20 --claims -o /shared/show/",
+            "with open(\"job.txt\", \"w\") as job:\n    job.write(\"Plugin=CommandLine\\nName=show\\nFrames=%s\\nChunkSize=1\\n\" % left)\nwith open(\"plugin.txt\", \"w\") as plugin:\n    words = subprocess.list2cmdline(numbered(\"<STARTFRAME>\"))\n    plugin.write(\"Executable=/opt/anim\\nArguments=%s\\nSingleFramesOnly=True\\n\" % words)\nsubprocess.run([\"deadlinecommand\", \"job.txt\", \"plugin.txt\"], check=True)",
         ),
         heading("OpenCue"),
         answer(
-            "outline = Outline('show')\nlayer = Shell('render', range='1-20', threads=8, memory='1g',\n    command=['anim', 'render', '/shared/show.rhai', '--shard', '#IFRAME#/20', '--claims', '-o', '/shared/show/'])\noutline.add_layer(layer)\ncuerun.launch(outline)",
+            "from outline import Outline, cuerun\nfrom outline.modules.shell import Shell\n\noutline = Outline(\"show\")\noutline.add_layer(Shell(\n    \"render\", range=left, command=[\"anim\", *numbered(\"#IFRAME#\")],\n    cores=head[\"cores\"], memory=\"%dm\" % (head[\"memory_bytes\"] >> 20)))\ncuerun.launch(outline, use_pycuerun=False)",
         ),
         heading("Tractor"),
         answer(
-            "Job -title {show} -subtasks {\n  Task {1} -cmds { RemoteCmd {anim render /shared/show.rhai --shard 1/20 --claims -o /shared/show/} -service {PixarRender} }\n  Task {2} -cmds { RemoteCmd {anim render /shared/show.rhai --shard 2/20 --claims -o /shared/show/} -service {PixarRender} }\n}",
+            "import tractor.api.author as author\n\njob = author.Job(title=\"show\", service=\"PixarRender\")\nfor task in tasks:\n    if task[\"left\"]:\n        job.newTask(title=task[\"frames\"], argv=[\"anim\", *task[\"arguments\"]])\njob.spool()",
         ),
         text(
             "These queues number tasks, and so does --shard: the ranges that belong to the numbers stand in the plan. Exit codes \

@@ -18,7 +18,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
-use std::io::{ErrorKind, Write};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -26,7 +26,7 @@ use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
 use crate::base::diagnostics::Diagnostic;
-use crate::base::{files, limits};
+use crate::base::{disk, files, limits};
 
 /// The folder of claims in a folder of frames.
 pub const FOLDER: &str = ".anim-claims";
@@ -180,19 +180,20 @@ impl Claims {
         let folder = frames.join(FOLDER);
         let shown = folder.display().to_string();
         let failed = |error: std::io::Error| Diagnostic::io(&shown, "write", &error);
-        std::fs::create_dir_all(&folder).map_err(failed)?;
+        disk::create_dir_all(&folder).map_err(failed)?;
         let (host, machine) = this_machine();
         let pid = std::process::id();
         let plain: String = host.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '-' }).collect();
         let mut alive = tempfile::Builder::new();
-        let alive = alive.prefix(&format!("{plain}-{pid}-")).suffix(ALIVE).tempfile_in(&folder).map_err(failed)?;
+        let named = format!("{plain}-{pid}-");
+        let alive = disk::temporary(alive.prefix(&named).suffix(ALIVE), &folder).map_err(failed)?;
         // Where there are no locks the lease alone tells.
         let _ = alive.as_file().try_lock();
         let (alive, path) = alive.keep().map_err(|e| failed(e.error))?;
         let worker = path.file_name().unwrap_or_default().to_string_lossy().trim_end_matches(ALIVE).to_string();
         let header = WorkerHeader { worker, host, machine, pid, ..header };
         let path = folder.join(format!("{}{RECORD}", header.worker));
-        let record = OpenOptions::new().append(true).create_new(true).open(path).map_err(failed)?;
+        let record = disk::open(OpenOptions::new().append(true).create_new(true), &path).map_err(failed)?;
         let claims =
             Claims { folder, header, lease, record, alive, watched: FxHashMap::default(), mine: BTreeMap::new() };
         claims.append(&claims.header).map_err(failed)?;
@@ -212,7 +213,7 @@ impl Claims {
 
     fn append(&self, line: &impl Serialize) -> std::io::Result<()> {
         let text = serde_json::to_string(line)? + "\n";
-        (&self.record).write_all(text.as_bytes())
+        disk::write_all(&self.record, &self.folder, text.as_bytes())
     }
 
     /// Adds to this worker's record. A record that cannot be written loses claims, not frames.
@@ -284,14 +285,18 @@ impl Claims {
     fn create(&self, path: &Path) -> std::io::Result<bool> {
         // Made in the folder of the frames: a shared file system then looks afresh at what is in there.
         let frames = self.folder.parent().unwrap_or(Path::new("."));
-        let mut file = super::held_in(frames)?;
-        file.write_all(self.header.worker.as_bytes())?;
-        match std::fs::hard_link(file.path(), path) {
+        let file = super::held_in(frames)?;
+        disk::write_all(file.as_file(), file.path(), self.header.worker.as_bytes())?;
+        match disk::hard_link(file.path(), path) {
             Ok(()) => Ok(true),
             Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(false),
             // Not every file system has links.
-            Err(_) => match OpenOptions::new().write(true).create_new(true).open(path) {
-                Ok(mut file) => file.write_all(self.header.worker.as_bytes()).map(|()| true),
+            Err(_) => match disk::open(OpenOptions::new().write(true).create_new(true), path) {
+                Ok(file) => {
+                    let written = disk::write_all(&file, path, self.header.worker.as_bytes());
+                    // A claim that names nobody would be waited for until the lease is over.
+                    written.inspect_err(|_| drop(std::fs::remove_file(path))).map(|()| true)
+                }
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(false),
                 Err(error) => Err(error),
             },

@@ -5,7 +5,6 @@
 //! the bytes of the file are those that it speaks of; a line that is lost costs only a closer look at the file.
 
 use std::fs::OpenOptions;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use rustc_hash::FxHashMap;
@@ -14,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::metadata::{Provenance, hex};
 use super::write_atomic;
 use crate::base::digest::Digest;
-use crate::base::{files, limits};
+use crate::base::{disk, files, limits};
 
 /// Name of the manifest in its folder.
 pub const NAME: &str = ".anim-manifest.jsonl";
@@ -119,8 +118,9 @@ impl Manifest {
             pixels: super::formats::pixels_note(bytes),
             input: Some(self.input.clone()).filter(|input| !input.is_empty()),
         };
-        let mut log = OpenOptions::new().append(true).create(true).open(self.folder.join(NAME))?;
-        log.write_all(line(&entry)?.as_bytes())
+        let path = self.folder.join(NAME);
+        let log = disk::open(OpenOptions::new().append(true).create(true), &path)?;
+        disk::write_all(&log, &path, line(&entry)?.as_bytes())
     }
 
     fn key(&self, file: &Path) -> String {

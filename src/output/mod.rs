@@ -31,10 +31,10 @@ pub use small_png::{PngPixels, compressed_note_bytes, encode_small_png, small_pn
 pub use state::{FileState, inspect, relabelled};
 
 use std::fs::{File, TryLockError};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::base::diagnostics::Diagnostic;
+use crate::base::disk::{self, DiskFile};
 
 /// Names of files that are not whole yet start so.
 const TEMPORARY: &str = ".anim-tmp-";
@@ -73,14 +73,13 @@ pub fn write_after(
         }
     };
     let folder = folder_of(path);
-    std::fs::create_dir_all(folder).map_err(failed(false))?;
-    let mut file = held_in(folder).map_err(failed(true))?;
+    disk::create_dir_all(folder).map_err(failed(false))?;
+    let file = held_in(folder).map_err(failed(true))?;
     // Errors of the file itself: those of the wrapper name the temporary one, which nobody knows.
-    file.as_file_mut().write_all(bytes).map_err(failed(false))?;
+    disk::write_all(file.as_file(), file.path(), bytes).map_err(failed(false))?;
     open_to_all(&file).map_err(failed(false))?;
     before().map_err(failed(true))?;
-    file.persist(path).map_err(|e| failed(false)(e.error))?;
-    Ok(())
+    disk::persist(file, path).map_err(failed(false))
 }
 
 /// A file that is written piece by piece under a temporary name, and gets its own when it is whole. If it is dropped
@@ -98,7 +97,7 @@ impl AtomicFile {
     pub fn create(path: &Path) -> Result<AtomicFile, Diagnostic> {
         let failed = |error: std::io::Error| Diagnostic::io(path.display(), "write", &error);
         let folder = folder_of(path);
-        std::fs::create_dir_all(folder).map_err(failed)?;
+        disk::create_dir_all(folder).map_err(failed)?;
         Ok(AtomicFile { file: held_in(folder).map_err(failed)?, path: path.to_path_buf() })
     }
 
@@ -106,8 +105,9 @@ impl AtomicFile {
     ///
     /// # Errors
     /// The system gives no second handle.
-    pub fn handle(&self) -> Result<File, Diagnostic> {
-        self.file.as_file().try_clone().map_err(|error| self.failed(&error))
+    pub fn handle(&self) -> Result<DiskFile, Diagnostic> {
+        let file = self.file.as_file().try_clone().map_err(|error| self.failed(&error))?;
+        Ok(DiskFile::new(file, self.file.path()))
     }
 
     /// Where it is now, for programs that write to it by its name.
@@ -127,8 +127,7 @@ impl AtomicFile {
     pub fn commit(self) -> Result<(), Diagnostic> {
         let failed = |error: std::io::Error| Diagnostic::io(self.path.display(), "write", &error);
         open_to_all(&self.file).map_err(failed)?;
-        self.file.persist(&self.path).map_err(|e| failed(e.error))?;
-        Ok(())
+        disk::persist(self.file, &self.path).map_err(failed)
     }
 }
 
@@ -144,7 +143,7 @@ pub fn probe(path: &Path) -> Result<(), Diagnostic> {
 
 /// Errors name no temporary file: nobody knows it.
 fn temporary_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
-    tempfile::Builder::new().prefix(TEMPORARY).tempfile_in(folder).map_err(|error| error.kind().into())
+    disk::temporary(tempfile::Builder::new().prefix(TEMPORARY), folder).map_err(|error| error.kind().into())
 }
 
 /// A temporary file that is held until it has its name: `sweep` leaves what is locked alone. Where there are no locks,

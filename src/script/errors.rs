@@ -153,10 +153,10 @@ impl ScriptSource {
         let (ast, rewritten) = rewrite::compile(engine, &text);
         let source = ScriptSource { file: file.into(), text, rewritten };
         let ast = ast.map_err(|first| source.mistakes_of_grammar(engine, first, vocabulary)).and_then(|ast| {
-            let unknown = inspect::unknown_names(&ast, vocabulary);
-            let unknown = unknown.into_iter().map(|(at, words)| diagnostic(words, source.place(at)));
-            let unknown: Vec<Diagnostic> = unknown.collect();
-            if unknown.is_empty() { Ok(ast) } else { Err(Diagnostics(unknown)) }
+            let mistakes = inspect::certain_mistakes(&ast, vocabulary);
+            let mistakes = mistakes.into_iter().map(|(at, words)| diagnostic(words, source.place(at)));
+            let mistakes: Vec<Diagnostic> = mistakes.collect();
+            if mistakes.is_empty() { Ok(ast) } else { Err(Diagnostics(mistakes)) }
         });
         (source, ast)
     }

@@ -7,11 +7,13 @@ use ::rhai::{AST, ASTNode, Engine, Expr, FnCallExpr, ParseError, Position, Stmt,
 use super::rewrite::{self, PlacedToken};
 use super::vocabulary::Vocabulary;
 use super::words::{self, Words, plain_name};
+use crate::base::limits;
 
-/// Functions and variables that a script uses and nobody has named.
+/// Functions and variables that a script uses and nobody has named, and calls with more arguments than anybody means:
+/// the engine's search for their function would take seconds.
 ///
 /// What is named once counts everywhere, in modules too: only what is named nowhere is a mistake for certain.
-pub fn unknown_names(ast: &AST, vocabulary: &mut Vocabulary) -> Vec<(Position, Words)> {
+pub fn certain_mistakes(ast: &AST, vocabulary: &mut Vocabulary) -> Vec<(Position, Words)> {
     let mut names = NamesOfScript { declared: std::mem::take(&mut vocabulary.declared), ..NamesOfScript::default() };
     for function in ast.iter_functions() {
         names.declared.extend(function.params.iter().map(|name| name.to_string()));
@@ -36,6 +38,10 @@ pub fn unknown_names(ast: &AST, vocabulary: &mut Vocabulary) -> Vec<(Position, W
             found.push((*at, vocabulary.unknown_variable(name)));
         }
     }
+    for (name, count, at) in &names.crowded {
+        let message = format!("`{name}` is called with {count} arguments, more than {}", limits::SCRIPT_ARGUMENTS);
+        found.push((*at, (message, Some("hand over a list".into()))));
+    }
     vocabulary.declared = names.declared;
     found.sort_by_key(|(at, _)| (at.line(), at.position()));
     found.dedup_by_key(|(at, _)| *at);
@@ -47,6 +53,8 @@ struct NamesOfScript {
     declared: BTreeSet<String>,
     called: Vec<(String, Position)>,
     used: Vec<(String, Position)>,
+    /// Calls of too many arguments, and how many.
+    crowded: Vec<(String, usize, Position)>,
 }
 
 impl NamesOfScript {
@@ -84,6 +92,9 @@ impl NamesOfScript {
 
     fn call(&mut self, call: &FnCallExpr, at: Position) {
         let name = plain_name(&call.name);
+        if call.args.len() > limits::SCRIPT_ARGUMENTS {
+            self.crowded.push((name.to_string(), call.args.len(), at));
+        }
         let is_word = name.starts_with(|c: char| c.is_alphabetic() || c == '_') && !name.contains('$');
         let is_own = ["curry", "call", "is_shared", "is_def_var", "is_def_fn", "type_of", "Fn", "eval", "contains"];
         if call.namespace.is_empty() && call.op_token.is_none() && is_word && !is_own.contains(&name) {
@@ -102,13 +113,8 @@ pub fn all_mistakes(engine: &Engine, text: &str, first: ParseError) -> Vec<Parse
     if spans.is_empty() || matches!(tokens.last(), Some((Token::LexError(..), _))) {
         return found;
     }
-    let mut alone: Vec<Vec<(usize, usize)>> = vec![spans.clone()];
-    alone.extend((0..spans.len()).map(|kept| {
-        let others = spans.iter().enumerate().filter(|(i, _)| *i != kept).map(|(_, span)| *span);
-        let outside = [(0, spans[kept].0), (spans[kept].1, text.len())];
-        others.chain(outside).collect()
-    }));
-    for blanked in alone.into_iter().take(LOOKED_AT) {
+    let alone = spans.iter().map(|(start, end)| vec![(0, *start), (*end, text.len())]);
+    for blanked in [spans.clone()].into_iter().chain(alone).take(LOOKED_AT) {
         let (ast, rewritten) = rewrite::compile(engine, &blank(text, &blanked));
         let Err(error) = ast else { continue };
         let at = error.position();
@@ -148,10 +154,14 @@ fn functions(tokens: &[PlacedToken], text: &str) -> Vec<(usize, usize)> {
     spans
 }
 
-/// A text with parts of it made blank; lines and columns stay.
+/// A text with parts of it made blank, which follow each other; lines and columns stay.
 fn blank(text: &str, parts: &[(usize, usize)]) -> String {
-    let is_blank = |i: usize| parts.iter().any(|(start, end)| (*start..*end).contains(&i));
-    text.char_indices().map(|(i, c)| if c != '\n' && is_blank(i) { ' ' } else { c }).collect()
+    let mut parts = parts.iter().peekable();
+    let mut is_blank = |i: usize| {
+        while parts.next_if(|(_, end)| *end <= i).is_some() {}
+        parts.peek().is_some_and(|(start, _)| *start <= i)
+    };
+    text.char_indices().map(|(i, c)| if is_blank(i) && c != '\n' { ' ' } else { c }).collect()
 }
 
 /// Where a missing sign belongs: behind the last token before the place, where that is on an earlier line.

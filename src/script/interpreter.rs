@@ -312,3 +312,25 @@ impl Interpreter {
         index
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::project::Access;
+
+    /// Whoever looks for the place of a step by running again counts on it.
+    #[test]
+    fn a_body_run_by_itself_takes_one_step_less_than_a_call() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.rhai");
+        std::fs::write(&path, "animation(#{}); fn frame(s, f) { let a = 1; for i in 0..9 { a += i; } print(a); }")
+            .unwrap();
+        let project = Project::of(&path, &Access::default()).unwrap();
+        let script = Interpreter::open(&path, &[], &project, &mut Remarks::default()).unwrap();
+        let steps = |mode: RunMode| {
+            script.run(&Arc::default(), Some((1, 0.0)), mode, Value::Unit).0.unwrap();
+            sandbox::steps()
+        };
+        assert_eq!(steps(RunMode::Called), steps(RunMode::Unwrapped) + 1);
+    }
+}

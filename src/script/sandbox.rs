@@ -169,7 +169,11 @@ pub fn is_limit(error: &EvalAltResult) -> bool {
     let is_limit = |error: &E| {
         matches!(
             error,
-            E::ErrorTooManyOperations(_) | E::ErrorTerminated(..) | E::ErrorDataTooLarge(..) | E::ErrorSystem(..)
+            E::ErrorTooManyOperations(_)
+                | E::ErrorStackOverflow(_)
+                | E::ErrorTerminated(..)
+                | E::ErrorDataTooLarge(..)
+                | E::ErrorSystem(..)
         )
     };
     is_limit(error.unwrap_inner())

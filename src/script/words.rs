@@ -72,7 +72,9 @@ pub fn of_error(error: &EvalAltResult, near: &str, vocabulary: &Vocabulary) -> W
         E::ErrorUnboundThis(_) => only("there is no `this` here"),
         E::ErrorModuleNotFound(name, _) => only(format!("there is no module `{name}`")),
         E::ErrorDataRace(name, _) => {
-            with(format!("`{name}` is used while a closure holds it"), "hand it to the closure as an argument")
+            // What it calls a value that has no name is nothing.
+            let what = if name.is_empty() { "a value".to_string() } else { format!("`{name}`") };
+            with(format!("{what} is used while a closure holds it"), "hand it to the closure as an argument")
         }
         E::ErrorVariableExists(name, _) => only(format!("there is already a variable `{name}`")),
         E::ErrorForbiddenVariable(name, _) => only(format!("`{name}` cannot be the name of a variable")),

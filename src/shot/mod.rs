@@ -195,7 +195,8 @@ pub fn open_in(input: &Path, options: OpenOptions, project: Arc<Project>) -> Res
     };
     let scene = Arc::new(scene);
     let meshes = MeshFiles::default();
-    let edits = meshes.complete(&scene, program.setup(&scene)?)?;
+    let edits = meshes.complete(&scene, program.setup(&scene)?);
+    let edits = edits.map_err(|problems| in_setup(&program, &scene, problems))?;
     let mut stage = systems::spawn(Scene::clone(&scene))?;
     systems::animate(&mut stage, edits).map_err(|problems| in_setup(&program, &scene, problems))?;
     let authored = keep_scene.then_some(scene);

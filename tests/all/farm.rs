@@ -244,9 +244,19 @@ fn templates_and_rules_name_every_frame_once() {
     let template = sandbox.anim("farm openjd p/a.rhai --tasks 4 --to -").ok().stdout;
     assert!(template.contains("range: \"1-{{Param.Tasks}}\"") && !template.contains("extensions"), "{template}");
     assert!(template.contains("exec \"$anim\" render"));
+    // Each of two scripts is handed every parameter that the template declares.
+    let declared: Vec<&str> = template.lines().filter_map(|line| line.strip_prefix("- name: ")).collect();
+    let parameters = declared.iter().filter(|name| template.contains(&format!("\"{{{{Param.{name}}}}}\"")));
+    for name in ["Input", "Output", "Frames", "Width", "Height", "Samples", "Anim", "Tasks"] {
+        assert!(declared.contains(&name), "{name}: {template}");
+        assert_eq!(template.matches(&format!("\"{{{{Param.{name}}}}}\"")).count(), 2, "{name}: {template}");
+    }
+    assert_eq!(parameters.count(), 8, "{template}");
     let chunked = sandbox.anim("farm openjd p/a.rhai --chunk-seconds 60 --for windows --to -").ok().stdout;
     assert!(chunked.contains("extensions: [TASK_CHUNKING]") && chunked.contains("powershell"), "{chunked}");
     sandbox.anim("farm openjd p/a.rhai --frames 5,3").fails(2, &["in their order"]);
+    sandbox.write("p/b.rhai", SCRIPT.replace("30)", "30) + param(\"label\", \"\").len()"));
+    sandbox.anim("farm openjd p/b.rhai -D label=\"x\" --for windows").fails(2, &["double quote"]);
     let ninja = sandbox.anim("farm make p/a.rhai --tasks 4 -o out/ --to build.ninja").ok();
     assert!(ninja.stdout.contains("ninja -f build.ninja"));
     let rules = String::from_utf8(sandbox.read("build.ninja")).unwrap();

@@ -8,14 +8,15 @@
 //!
 //! - `array`: one part for each worker, none helps another
 //! - `array x8`: eight parts for each, taken in their order
-//! - `claims`: parts as before, and who is done takes unclaimed units of others (`anim render --shard I/N --claims`)
+//! - `claims`: parts as before, dear frames first, and who is done takes unclaimed units of others, the dearest first, as
+//!   `anim render --shard I/N --claims` does
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::ops::Range;
 use std::time::Instant;
 
-use anim::farm::share::units;
+use anim::farm::share::{order, units};
 use anim::shot::chunks::{FrameCost, split};
 
 const FRAMES: usize = 10_000;
@@ -116,9 +117,11 @@ fn main() {
         let parts = split(&costs, workers);
         let small = split(&costs, (8 * workers).min(FRAMES));
         let most = parts.whole / (workers * 16) as f64;
-        let of_parts: Vec<Vec<Range<usize>>> =
-            parts.ranges.iter().map(|part| units(&costs, part.clone(), most)).collect();
+        let of_parts: Vec<_> = parts.ranges.iter().map(|part| units(&costs, part.clone(), most)).collect();
+        let first = order(&of_parts, 0);
         let planned = start.elapsed();
+        let orders: Vec<_> = (0..workers).map(|worker| order(&of_parts, worker)).collect();
+        assert_eq!(first, orders[0]);
         let mut ratios: [Vec<f64>; 3] = Default::default();
         let mut ideals = Vec::new();
         for seed in 0..RUNS {
@@ -131,7 +134,7 @@ fn main() {
             let array = run(&seconds, &speeds, &mut dice, FAILING, &mut |worker| own[worker].take());
             let mut rows = small.ranges.iter().filter(|row| !row.is_empty()).cloned();
             let eight = run(&seconds, &speeds, &mut dice, FAILING, &mut |_| rows.next());
-            let claims = with_claims(&seconds, &speeds, &of_parts, &mut dice);
+            let claims = with_claims(&seconds, &speeds, &orders, &mut dice);
             ratios.iter_mut().zip([array, eight, claims]).for_each(|(list, time)| list.push(time / ideal));
         }
         let shown = ratios.map(|mut list| {
@@ -148,13 +151,18 @@ fn main() {
     }
 }
 
-/// Workers take the units of their own part, front to back, then those of the parts behind it. One unit in a hundred is
-/// lost, which is harsher than one task.
-fn with_claims(seconds: &[f64], speeds: &[f64], parts: &[Vec<Range<usize>>], dice: &mut Dice) -> f64 {
-    let mut taken: Vec<usize> = vec![0; parts.len()];
+/// Workers take the first unit of their order that nobody has taken. One unit in a hundred is lost, which is harsher than
+/// one task.
+fn with_claims(seconds: &[f64], speeds: &[f64], orders: &[Vec<Range<usize>>], dice: &mut Dice) -> f64 {
+    let mut is_taken = vec![false; seconds.len()];
+    let mut tried = vec![0; orders.len()];
     run(seconds, speeds, dice, FAILING, &mut |worker| {
-        let part = (worker..parts.len()).chain(0..worker).find(|part| taken[*part] < parts[*part].len())?;
-        taken[part] += 1;
-        Some(parts[part][taken[part] - 1].clone())
+        let (order, tried) = (&orders[worker], &mut tried[worker]);
+        while order.get(*tried).is_some_and(|unit| is_taken[unit.start]) {
+            *tried += 1;
+        }
+        let unit = order.get(*tried)?.clone();
+        is_taken[unit.clone()].fill(true);
+        Some(unit)
     })
 }

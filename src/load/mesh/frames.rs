@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::adopt;
 use super::{Loaded, load};
-use crate::base::diagnostics::{Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::base::limits;
 use crate::components::*;
 
@@ -77,7 +77,13 @@ impl MeshFiles {
             .collect();
         let first_new = added.len();
         let mut problems = Vec::new();
+        let mut spawned = rest.entities.len();
         for edit in &mut edits {
+            let index = match edit {
+                Edit::Put { entity, .. } => *entity,
+                _ => spawned,
+            };
+            spawned += usize::from(matches!(edit, Edit::Spawn(_)));
             let owner = match edit {
                 Edit::Put { entity, .. } => rest.entities.get(*entity).map(|desc| desc.label(*entity)),
                 Edit::Spawn(desc) => desc.name.as_ref().map(|name| format!("entity `{name}`")),
@@ -89,7 +95,9 @@ impl MeshFiles {
                 Err(problem) => {
                     let owner = owner.unwrap_or_else(|| "a new entity".into());
                     let message = format!("mesh of {owner}: {}", problem.message);
-                    problems.push(Diagnostic { message, ..problem });
+                    let (part, component) = (ScenePart::Entity(index), Some(Kind::Mesh.name()));
+                    let subject = Subject { part, component, field: Some("file") };
+                    problems.push(Diagnostic { message, ..problem }.about(subject).about(part));
                 }
             }
         }

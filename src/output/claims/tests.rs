@@ -1,3 +1,5 @@
+use std::io::Write;
+
 use super::*;
 
 const QUICK: Lease = Lease { beat: Duration::from_millis(5), patience: Duration::from_millis(60) };

@@ -85,6 +85,8 @@ fn is_signal(_: &Death, _: &str) -> bool {
 impl Autopsy<'_> {
     fn place(&self, death: &Death) -> Option<Place> {
         let step = match death.overdue_at {
+            // The call itself was a step, and is none where the function runs as a text of its own.
+            Some(step) if self.call.is_some() => step.saturating_sub(1),
             Some(step) => step,
             None => {
                 let about = self.again(Probing::Tell { from: 1, every: STRIDE }).err()?.last_step.unwrap_or(0);

@@ -8,6 +8,18 @@ pub fn process() {
     lower(Resource::Fsize, 0);
 }
 
+/// Who has started the process: another number than at first once that one is gone. (A program that is killed hangs up,
+/// which a script that runs on does not hear.)
+#[cfg(unix)]
+pub fn parent() -> i32 {
+    rustix::process::getppid().map_or(0, |parent| parent.as_raw_nonzero().get())
+}
+
+#[cfg(not(unix))]
+pub fn parent() -> i32 {
+    0
+}
+
 /// Lets the process have so much processor time from now on.
 #[cfg(unix)]
 pub fn processor(seconds: u64) {

@@ -12,6 +12,7 @@
 //! | address space | `RLIMIT_AS` | where the system minds it | - |
 //! | stack | a thread of 64 MiB | a thread of 64 MiB | a thread of 64 MiB |
 //! | processor time | by the engine, a watching thread, `RLIMIT_CPU` | the same | by the engine and a watching thread |
+//! | ends when the program is killed | within a tenth of a second | the same | when the call is done |
 //! | no file can be written, no core is left | `RLIMIT_FSIZE`, `RLIMIT_CORE` | the same | - |
 //!
 //! What the process may read is what a script may read: the engine offers nothing else. It is not kept from the network

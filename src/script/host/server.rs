@@ -27,6 +27,7 @@ const GLANCE: Duration = Duration::from_millis(100);
 
 /// Evaluates scripts for the process at the other end of standard input and output, until that hangs up.
 pub fn serve() -> ExitCode {
+    let parent = confine::parent();
     confine::process();
     confine::addresses(limits::SCRIPT_ADDRESSES);
     // What a panic says goes back as an error; a backtrace here would be nobody's.
@@ -35,6 +36,9 @@ pub fn serve() -> ExitCode {
     let Ok(work) = work else { return ExitCode::FAILURE };
     while !work.is_finished() {
         std::thread::park_timeout(GLANCE);
+        if confine::parent() != parent {
+            return ExitCode::FAILURE;
+        }
         let since = RUNNING_SINCE.load(Ordering::Relaxed);
         let allowed = Duration::from_secs(limits::SCRIPT_SECONDS_AT_MOST).as_nanos() as u64;
         if since > 0 && now().saturating_sub(since) > allowed {
