@@ -104,7 +104,7 @@ enum Command {
     Diff(diff::DiffArguments),
     /// Test golden frames: render what changed, compare, and show why
     Test(test::TestArguments),
-    /// Show what a picture or a film says of its making
+    /// Show what a picture or a film says of its making, or what a model holds
     Info(pictures::InfoArguments),
     /// The reference: fields, functions, mistakes, words of other tools
     Guide(guide::GuideArguments),
@@ -148,7 +148,7 @@ const COMMANDS: [&str; 21] = [
 /// What an input is and how it is read; shared by the commands that open one.
 #[derive(Clone, clap::Args)]
 struct InputArguments {
-    /// A script (.rhai), a scene (.ron, .nff, .p3f, .gltf, .glb, .obj, .aff) or an archive of `anim pack`; for a film also
+    /// A script (.rhai), a scene (.ron, .nff, .p3f, .gltf, .glb, .obj, .ply, .stl, .aff) or an archive of `anim pack`; for a film also
     /// a folder or a pattern of frames
     input: PathBuf,
     /// Give a parameter of the script a value; may be repeated

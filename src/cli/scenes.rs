@@ -24,7 +24,7 @@ pub struct DumpArguments {
 
 #[derive(clap::Args)]
 pub struct ConvertArguments {
-    /// A scene (.ron, .nff, .p3f) or a model (.gltf, .glb, .obj, .aff)
+    /// A scene (.ron, .nff, .p3f) or a model (.gltf, .glb, .obj, .ply, .stl, .aff)
     scene: PathBuf,
     /// Refuse what a tolerant reader of NFF and P3F skips with a warning
     #[arg(long)]

@@ -33,7 +33,7 @@ pub struct AssetData {
     pub digest: Digest,
 }
 
-/// A file that holds entities: glTF (`.gltf`, `.glb`), or OBJ with its groups.
+/// A file that holds entities: glTF (`.gltf`, `.glb`), AFF, OBJ with its groups, or one mesh (PLY, STL).
 ///
 /// Each of its nodes is an entity below this one, called `name/node`, with its transform, mesh, light or skin. An entity
 /// of the scene with such a name takes the place of what it gives: its components stand instead of those of the node.
@@ -100,7 +100,7 @@ impl Record for Asset {
         shape.map_err(FieldError::Mismatch)
     }
     fn docs(&self) -> &'static str {
-        "A file that holds entities: glTF (`.gltf`, `.glb`), OBJ with its groups, or AFF. Each of its nodes is an entity \
+        "A file that holds entities: glTF (`.gltf`, `.glb`), AFF, OBJ with its groups, or one mesh (PLY, STL). Each of its nodes is an entity \
          below this one, called `name/node`, with its transform, mesh, light or skin. An entity of the scene with such a \
          name takes the place of what it gives: its components stand instead of those of the node. Likewise a material of \
          the scene that is called as one of the file, `file/material`, the ending left out. A script plays the clips of \

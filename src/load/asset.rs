@@ -17,7 +17,7 @@ use crate::base::limits;
 use crate::components::*;
 
 /// Endings of the files that hold entities.
-pub const EXTENSIONS: [&str; 4] = ["gltf", "glb", "obj", "aff"];
+pub const EXTENSIONS: [&str; 6] = ["gltf", "glb", "obj", "ply", "stl", "aff"];
 
 /// What an asset file holds.
 pub struct AssetFile {
@@ -95,7 +95,7 @@ fn open(scene: &mut Scene, index: usize, asset: &Asset, prefix: String, out: &mu
     }
     let read = match extension.as_str() {
         "aff" => aff::read(&scene.base, &asset.file, &prefix).map(|(file, _)| (file, None)),
-        "obj" => match sets_asset::read(&scene.base, &asset.file, place("file")) {
+        "obj" | "ply" | "stl" => match sets_asset::read(&scene.base, &asset.file, place("file")) {
             Ok(file) => Ok((file, None)),
             Err(problem) => {
                 out.problems.push(problem);

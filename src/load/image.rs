@@ -70,6 +70,17 @@ const BYTES_OF_BYTES: u64 = 4 + 3 + 3 + 1;
 /// Endings and names of the image files that are read.
 const KNOWN: &str = "known: PNG, JPEG, HDR (Radiance), EXR, TGA, BMP, WebP, PPM";
 
+/// What a file is of which nothing is read, if its first bytes say so.
+fn kind_of(bytes: &[u8]) -> Option<&'static str> {
+    let kinds: [(&[u8], &str); 4] = [
+        (b"\xabKTX 20\xbb", "textures compressed for graphics cards (KTX2) are not read"),
+        (b"\xabKTX 11\xbb", "textures compressed for graphics cards (KTX) are not read"),
+        (b"DDS ", "textures compressed for graphics cards (DDS) are not read"),
+        (b"GIF8", "GIF pictures are not read as textures"),
+    ];
+    kinds.into_iter().find(|(start, _)| bytes.starts_with(start)).map(|(_, said)| said)
+}
+
 /// The pixels of an image file of at most `cap` of them; the size is known before anything is allocated for it.
 ///
 /// `name` is what the file is called.
@@ -120,10 +131,12 @@ fn decode(bytes: Vec<u8>, name: &str, cap: u64) -> Result<DynamicImage, Diagnost
         }
         Ok::<_, Diagnostic>(reader)
     };
-    let known = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Tga, ImageFormat::Bmp, ImageFormat::WebP];
+    let known =
+        [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Tga, ImageFormat::Bmp, ImageFormat::WebP, ImageFormat::Pnm];
     let format = reader()?.format().filter(|format| known.contains(format));
     let Some(format) = format else {
-        return Err(broken(&"not an image of a known kind").help(KNOWN));
+        let what = kind_of(&bytes).unwrap_or("not an image of a known kind");
+        return Err(broken(&what).help(KNOWN));
     };
     let (width, height) = reader()?.into_dimensions().map_err(|e| broken(&e))?;
     fits([width, height])?;

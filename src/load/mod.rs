@@ -10,6 +10,7 @@ pub mod asset;
 pub mod gltf;
 pub mod golden;
 pub mod image;
+pub mod measures;
 pub mod mesh;
 mod names;
 pub mod nff;
@@ -31,7 +32,7 @@ use crate::components::Scene;
 pub use aff::AffShow;
 
 /// Endings of the scene files that are read.
-pub const EXTENSIONS: [&str; 7] = ["ron", "nff", "p3f", "gltf", "glb", "obj", "aff"];
+pub const EXTENSIONS: [&str; 9] = ["ron", "nff", "p3f", "gltf", "glb", "obj", "ply", "stl", "aff"];
 
 /// Where a scene's text says what a mistake is about; the file as a whole where its form does not tell.
 pub fn place_of(path: &Path, scene: &Scene, subject: Subject) -> Option<Place> {
@@ -71,7 +72,7 @@ pub fn load_scene_in(path: &Path, strict: bool, project: &Arc<Project>) -> Resul
     let name = path.to_string_lossy().into_owned();
     match extension.as_str() {
         "ron" => strictly(strict, ron::parse(&files::read_text(path, limits::SCENE_FILE_BYTES)?, &name, &base)?),
-        "gltf" | "glb" | "obj" => strictly(strict, show::load(path, &base)?),
+        "gltf" | "glb" | "obj" | "ply" | "stl" => strictly(strict, show::load(path, &base)?),
         "aff" => load_aff_in(path, strict, project).map(|(scene, warnings, _)| (scene, warnings)),
         "nff" | "p3f" => nff::parse(&files::read_text(path, limits::SCENE_FILE_BYTES)?, &name, &base, strict),
         _ => {
@@ -80,6 +81,18 @@ pub fn load_scene_in(path: &Path, strict: bool, project: &Arc<Project>) -> Resul
             Err(Diagnostic::error(format!("{name}: not a scene that can be read")).help(help).into())
         }
     }
+}
+
+/// As [`load_scene_in`], of a model what it holds alone, without the light and the camera that it is shown with.
+///
+/// # Errors
+/// As [`load_scene_in`].
+pub fn load_contents(path: &Path, project: &Arc<Project>) -> Result<(Scene, Diagnostics), Diagnostics> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if asset::EXTENSIONS.contains(&extension.as_str()) {
+        return show::contents(path, &Folder::around(path, project.clone()));
+    }
+    load_scene_in(path, false, project)
 }
 
 /// As [`load_scene_in`] for an AFF file, with how it wants to be shown.
@@ -109,7 +122,6 @@ fn strictly(strict: bool, read: (Scene, Diagnostics)) -> Result<(Scene, Diagnost
 /// What to do about a file of a kind that is known and not read, by its ending.
 pub fn advice(extension: &str) -> Option<&'static str> {
     Some(match extension {
-        "ply" | "stl" => "this is a mesh: name it in a scene, as mesh: (file: \"...\")",
         "usd" | "usda" | "usdc" | "usdz" => {
             "OpenUSD is not read: export glTF (.glb), OBJ or PLY from the program that made it (from Blender: File, Export)"
         }

@@ -1,4 +1,4 @@
-//! An OBJ as an asset: each of its groups, or of its objects, is a node.
+//! A mesh file as an asset: each group, or each object, of an OBJ is a node; a PLY or STL is one.
 
 use super::asset::AssetFile;
 use super::mesh;
@@ -9,7 +9,7 @@ use crate::base::diagnostics::Diagnostic;
 use crate::base::project::Folder;
 use crate::components::*;
 
-/// Reads an OBJ for the names of its sets; the entities that have them read it as meshes do, materials and all.
+/// Reads a mesh file for the names of its sets; the entities that have them read it as meshes do, materials and all.
 ///
 /// `path` is where the scene names the file.
 ///

@@ -4,15 +4,14 @@
 
 use std::path::Path;
 
-use glam::{DAffine3, DVec3};
-use rustc_hash::FxHashMap;
+use glam::DVec3;
 
 use super::aff::{self, AffShow};
 use super::assemble::{self, Wrong};
+use super::measures::SceneMeasures;
 use super::resolve::Problem;
 use crate::base::diagnostics::Diagnostics;
 use crate::base::project::Folder;
-use crate::components::skin::deformed;
 use crate::components::*;
 
 /// Where the camera stands, from the middle of what it is to show.
@@ -26,13 +25,22 @@ fn scene_of(path: &Path, base: &Folder) -> Scene {
     Scene { entities: vec![EntityDesc::new([asset.into()]).named(name)], base: base.clone(), ..Scene::default() }
 }
 
+/// Reads an asset as a scene of what it holds and nothing else, with what of it is not used.
+///
+/// # Errors
+/// All that is wrong in it.
+pub fn contents(path: &Path, base: &Folder) -> Result<(Scene, Diagnostics), Diagnostics> {
+    let mut scene = scene_of(path, base);
+    let warnings = assembled(&mut scene)?;
+    Ok((scene, warnings))
+}
+
 /// Reads an asset as a scene, with what of it is not used.
 ///
 /// # Errors
 /// All that is wrong in it.
 pub fn load(path: &Path, base: &Folder) -> Result<(Scene, Diagnostics), Diagnostics> {
-    let mut scene = scene_of(path, base);
-    let warnings = assembled(&mut scene)?;
+    let (mut scene, warnings) = contents(path, base)?;
     complete(&mut scene);
     Ok((scene, warnings))
 }
@@ -99,73 +107,9 @@ fn complete(scene: &mut Scene) {
 
 /// Puts the camera where it sees all meshes.
 fn frame(scene: &mut Scene) {
-    let Some([min, max]) = bounds(scene) else { return };
+    let Some([min, max]) = SceneMeasures::of(scene).bounds else { return };
     let (center, radius) = ((min + max) / 2.0, ((max - min).length() / 2.0).max(1e-6));
     let (sin, _) = crate::base::math::sin_cos_degrees(scene.camera.fov / 2.0);
     scene.camera.from = center + FROM.normalize() * (radius / sin * 1.02);
     scene.camera.at = center;
-}
-
-/// The box around all meshes and spheres at rest, world space.
-fn bounds(scene: &Scene) -> Option<[DVec3; 2]> {
-    let names: FxHashMap<&str, usize> =
-        scene.entities.iter().enumerate().filter_map(|(i, desc)| Some((desc.name.as_deref()?, i))).collect();
-    let mut known: Vec<Option<DAffine3>> = vec![None; scene.entities.len()];
-    for i in 0..scene.entities.len() {
-        place(scene, &names, i, &mut known, 0);
-    }
-    let mut found: Option<[DVec3; 2]> = None;
-    let mut add = |p: DVec3| {
-        let [min, max] = found.get_or_insert([p; 2]);
-        (*min, *max) = (min.min(p), max.max(p));
-    };
-    for (desc, map) in scene.entities.iter().zip(&known) {
-        let map = map.unwrap_or(DAffine3::IDENTITY);
-        if let Some(Component::Mesh(mesh)) = desc.get(Kind::Mesh) {
-            let morph = match desc.get(Kind::Morph) {
-                Some(Component::Morph(morph)) => Some(morph),
-                _ => None,
-            };
-            let joint = |name: &Text| names.get(&**name).and_then(|i| known[*i]).unwrap_or(DAffine3::IDENTITY);
-            match desc.get(Kind::Skin) {
-                Some(Component::Skin(skin)) => {
-                    let joints: Vec<DAffine3> = skin.joints.iter().map(joint).collect();
-                    let bent = deformed(&mesh.data, morph, Some((skin, &joints)));
-                    bent.points().for_each(&mut add);
-                }
-                _ => {
-                    let bent = deformed(&mesh.data, morph, None);
-                    bent.points().for_each(|point| add(map.transform_point3(point)));
-                }
-            }
-        }
-        if let Some(Component::Sphere(sphere)) = desc.get(Kind::Sphere) {
-            let corners = [DVec3::ONE, DVec3::NEG_ONE].map(|side| sphere.center + side * sphere.radius.abs());
-            corners.into_iter().for_each(|corner| add(map.transform_point3(corner)));
-        }
-    }
-    found
-}
-
-/// Where an entity stands, its parents first; references were checked.
-fn place(
-    scene: &Scene,
-    names: &FxHashMap<&str, usize>,
-    index: usize,
-    known: &mut [Option<DAffine3>],
-    depth: usize,
-) -> DAffine3 {
-    if let Some(known) = known[index] {
-        return known;
-    }
-    let mut map = DAffine3::IDENTITY;
-    if let Some(Component::Transform(transform)) = scene.entities[index].get(Kind::Transform) {
-        let parent = transform.parent.as_deref().and_then(|name| names.get(name));
-        if let Some(parent) = parent.filter(|_| depth < crate::base::limits::HIERARCHY_DEPTH) {
-            map = place(scene, names, *parent, known, depth + 1);
-        }
-        map *= transform.matrix();
-    }
-    known[index] = Some(map);
-    map
 }

@@ -261,12 +261,19 @@ mod on_unix {
         }
         let desk = desk();
         card(&desk);
-        for film in
-            ["a.mp4", "a.webm", "a.mov", "p.mov --codec prores", "f.mp4 --pixel-format yuv444p", "a.y4m", "a.gif"]
-        {
+        for film in [
+            "a.mp4",
+            "a.webm",
+            "a.mov",
+            "p.mov --codec prores",
+            "f.mp4 --pixel-format yuv444p",
+            "a.y4m",
+            "a.gif",
+            "a.apng",
+        ] {
             let said = desk.anim(&format!("film card --fps 24000/1001 -o {film}")).ok();
             let name = film.split(' ').next().unwrap();
-            let odd = !["f.mp4", "a.y4m", "a.gif"].contains(&name);
+            let odd = !["f.mp4", "a.y4m", "a.gif", "a.apng"].contains(&name);
             assert_eq!(said.stderr.contains("even sides"), odd, "{}", said.stderr);
             let info = desk.anim(&format!("info {name}")).ok().stdout;
             assert!(info.contains("5 frames, 0.2"), "{info}");
@@ -292,7 +299,7 @@ mod on_unix {
                     if name == "a.y4m" && !is_grey {
                         continue;
                     }
-                    let is_exact = ["a.y4m", "a.gif"].contains(&name);
+                    let is_exact = ["a.y4m", "a.gif", "a.apng"].contains(&name);
                     let most = if is_exact && is_grey { 1 } else { 16 };
                     assert!(apart <= most, "{name} {index} {x} {y}: {wanted:?} {found:?}");
                 }

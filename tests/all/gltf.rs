@@ -431,3 +431,56 @@ fn groups_of_an_obj_are_entities() {
     let written = |line: &str| !line.trim_start().starts_with("//") && line.contains("vase/body");
     assert!(!run.stdout.lines().any(written), "{}", run.stdout);
 }
+
+/// What is valid and unusual: corners that are left over, a node that says of its visibility nothing, pictures of kinds
+/// that are known and not read.
+#[test]
+fn unusual_files_are_read_and_what_is_not_used_is_named() {
+    let sandbox = Sandbox::new();
+    let mut file = GltfFile::default();
+    let points = file.floats("VEC3", &SQUARE);
+    let rest = format!(
+        r#""nodes": [{{"mesh": 0, "extensions": {{"KHR_node_visibility": {{}}}}}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": {points}}}}}]}}]"#
+    );
+    sandbox.write("a.gltf", file.text(&rest));
+    let (scene, said) = scene_of(&sandbox, ALONE).unwrap();
+    assert_eq!(mesh(&scene, "robot/node0").data.triangles.len(), 1);
+    assert!(said.contains("4 corners make 1 triangles, and 1 are left over"), "{said}");
+    sandbox.write("b.ktx2", b"\xabKTX 20\xbb\r\n\x1a\n");
+    let said = scene_of(&sandbox, "(entities: [(sphere: (), texture: (image: \"b.ktx2\"))])").unwrap_err();
+    assert!(said.contains("(KTX2) are not read") && said.contains("PPM"), "{said}");
+    sandbox.write("c.ppm", b"P6 1 1 255\n\x10\x20\x30");
+    scene_of(&sandbox, "(entities: [(sphere: (), texture: (image: \"c.ppm\"))])").unwrap();
+}
+
+/// A mesh file is shown by itself, as what it is, in every format.
+#[test]
+fn mesh_files_are_shown_by_themselves() {
+    let sandbox = Sandbox::new();
+    sandbox
+        .write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        .write(
+            "a.ply",
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+            element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+        )
+        .write(
+            "a.stl",
+            "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n\
+            endfacet\nendsolid a\n",
+        );
+    for ending in ["obj", "ply", "stl"] {
+        sandbox.anim(&format!("a.{ending} -o {ending}.png --size 16x9 --spp 1")).ok();
+        sandbox.anim(&format!("convert a.{ending} -o {ending}.ron")).ok();
+        sandbox.anim(&format!("check {ending}.ron --strict")).ok();
+        let said = sandbox.anim(&format!("info a.{ending}")).ok().stdout;
+        for line in ["of them 1 meshes, 0 lights", "Triangles: 1\nArea: 0.5\n", "Bounds: (0, 0, 0) to (1, 1, 0), size"]
+        {
+            assert!(said.contains(line), "{said}");
+        }
+    }
+    assert_eq!(sandbox.read("obj.png").len(), sandbox.read("stl.png").len());
+    let scene = good(&sandbox, "(entities: [(name: \"part\", asset: (file: \"a.stl\"))])");
+    assert_eq!(mesh(&scene, "part/a").data.triangles.len(), 1);
+}

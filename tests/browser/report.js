@@ -28,6 +28,13 @@
     }
     check("golden and now look alike", seen.get("a") !== seen.get("b"));
     check("the difference looks like a picture", seen.get("difference") !== seen.get("a") && seen.get("flip") !== seen.get("difference"));
+    key("5");
+    key("0");
+    const middle = () => viewer.state.x + viewer.state.a.width * viewer.state.scale / 2;
+    const fitted = middle();
+    key("+");
+    check("side by side, plus moves the middle of the picture", Math.abs(middle() - fitted) <= 2);
+    key("0");
     check("wipe and side by side look alike", seen.get("wipe") !== seen.get("side"));
     key("1");
     key(" ");

@@ -381,7 +381,8 @@ const AnimViewer = (() => {
 
     function center() {
       const [x, y] = state.cursor ?? [];
-      if (x === undefined) return [canvas.clientWidth / 2, canvas.clientHeight / 2];
+      const across = state.mode === "side" ? panes(canvas.clientWidth)[0].width : canvas.clientWidth;
+      if (x === undefined) return [across / 2, canvas.clientHeight / 2];
       return [state.x + (x + 0.5) * state.scale, state.y + (y + 0.5) * state.scale];
     }
 
@@ -415,7 +416,9 @@ const AnimViewer = (() => {
     canvas.addEventListener("pointerleave", () => { if (!drag && document.activeElement !== canvas) place(-1, -1); });
     canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
-      zoom(event.deltaY < 0, event.offsetX, event.offsetY);
+      const [, right] = panes(canvas.clientWidth);
+      const x = state.mode === "side" && event.offsetX >= right.left ? event.offsetX - right.left : event.offsetX;
+      zoom(event.deltaY < 0, x, event.offsetY);
     }, { passive: false });
     canvas.addEventListener("keydown", (event) => {
       const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];

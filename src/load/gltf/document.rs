@@ -12,7 +12,7 @@ use std::sync::OnceLock;
 use serde::Deserialize;
 
 use super::glb::chunks;
-use super::json::{Index, RootJson, VersionJson, ViewJson, extension};
+use super::json::{AssetJson, Index, RootJson, VersionJson, ViewJson, extension};
 use super::meshopt::{self, MeshoptFilter, MeshoptMode};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place};
 use crate::base::project::{FileRole, Folder};
@@ -299,8 +299,16 @@ fn parse(text: &str, name: &str, binary: bool) -> Result<RootJson, Diagnostics> 
     let read = RootJson::deserialize(&mut reader).and_then(|root| reader.end().map(|()| root));
     read.or_else(|e| {
         // Files of another version have another form; of what version they are is judged later.
-        let asset = serde_json::from_str::<VersionJson>(text).unwrap_or_default().asset;
-        let is_other = !asset.version.is_empty() && !asset.version.starts_with("2.");
+        let VersionJson { asset, meshes } = serde_json::from_str(text).unwrap_or_default();
+        let version = match asset.get("version") {
+            Some(serde_json::Value::String(version)) => version.clone(),
+            Some(number) => number.to_string(),
+            // Before 2.0 lists were maps, and files did not have to say their version.
+            None if meshes.is_object() => "1.0".into(),
+            None => String::new(),
+        };
+        let is_other = !version.is_empty() && !version.starts_with("2.");
+        let asset = AssetJson { version, ..AssetJson::default() };
         if is_other { Ok(RootJson { asset, ..RootJson::default() }) } else { Err(e) }
     })
     .map_err(|e| {
@@ -461,6 +469,11 @@ mod tests {
         assert!(said.contains("a.gltf:2:") && said.contains("a whole number"), "{said}");
         let said = open("{\"asset\": {\"version\": \"1.0\"}}").err().unwrap();
         assert!(said.contains("a.gltf:1:23") && said.contains("glTF 1.0 is not read"), "{said}");
+        // Older files have maps where lists are now, and numbers for versions, or none.
+        for old in ["\"asset\": {\"version\": 1}, ", ""] {
+            let said = open(format!("{{{old}\"meshes\": {{\"a\": {{}}}}}}")).err().unwrap();
+            assert!(said.contains("glTF 1") && said.contains("is not read; version 2.0 is"), "{said}");
+        }
         assert!(open("{}").err().unwrap().contains("no glTF"));
         assert!(open("[1").is_err() && open("").is_err() && open(b"\xff\xfe{").is_err());
         assert!(open("\u{feff}{\"asset\": {\"version\": \"2.0\"}}").is_ok());

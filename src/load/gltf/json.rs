@@ -84,7 +84,7 @@ json! {
 
 json! {
     /// What files of every version have.
-    VersionJson { asset: AssetJson }
+    VersionJson { asset: Extensions, meshes: Value }
 }
 
 json! {

@@ -72,7 +72,7 @@ impl Document {
             self.vertices(primitive, &path, &names, &mut all, warnings)?;
             let count = all.points.len() as u32 - first;
             let start = triangles.len() as u32;
-            self.triangles(primitive, &path, [first, count], &mut triangles)?;
+            self.triangles(primitive, &path, [first, count], &mut triangles, warnings)?;
             if let Some(number) = primitive.material.map(|m| m.0)
                 && number >= self.root.materials.len()
             {
@@ -262,6 +262,7 @@ impl Document {
         path: &[Step],
         [first, count]: [u32; 2],
         triangles: &mut Vec<[u32; 3]>,
+        warnings: &mut Warnings,
     ) -> Result<(), Problem> {
         let corners = match primitive.indices {
             Some(index) => self.whole_numbers(index.0, &["SCALAR"])?.0,
@@ -275,11 +276,15 @@ impl Document {
         let n = corners.len();
         let place = |t: [usize; 3]| t.map(|i| first + corners[i]);
         match mode {
-            4 if !n.is_multiple_of(3) => {
-                let message = format!("{n} corners make no triangles");
-                return Err(Problem::new(field(path.to_vec(), "indices"), message));
+            4 => {
+                if !n.is_multiple_of(3) {
+                    warnings.add("corners left over", || {
+                        let message = format!("{n} corners make {} triangles, and {} are left over", n / 3, n % 3);
+                        Problem::new(field(path.to_vec(), "indices"), message)
+                    });
+                }
+                triangles.extend((0..n / 3).map(|t| place([3 * t, 3 * t + 1, 3 * t + 2])));
             }
-            4 => triangles.extend((0..n / 3).map(|t| place([3 * t, 3 * t + 1, 3 * t + 2]))),
             5 => {
                 // Every other triangle of a strip is turned; some are there to reach the next strip.
                 let strip = (2..n).map(|i| if i % 2 == 0 { [i - 2, i - 1, i] } else { [i - 1, i - 2, i] }).map(place);

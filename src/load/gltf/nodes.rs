@@ -45,7 +45,13 @@ struct InstancingJson {
 
 #[derive(Deserialize)]
 struct VisibilityJson {
+    #[serde(default = "visible")]
     visible: bool,
+}
+
+/// What a node is that does not say it.
+fn visible() -> bool {
+    true
 }
 
 impl Document {

@@ -67,7 +67,23 @@ fn library_paths(base: &Folder, folder: &Path, name: &str) -> Vec<PathBuf> {
     if words.len() < 2 || find(base, &whole).is_some() {
         return vec![find(base, &whole).unwrap_or(whole)];
     }
-    words.into_iter().map(place).map(|path| find(base, &path).unwrap_or(path)).collect()
+    // Several names with blanks in them end where the usual ending does.
+    let several = names_by_ending(name);
+    let names = if several.iter().all(|name| find(base, &place(name)).is_some()) { several } else { words };
+    names.into_iter().map(place).map(|path| find(base, &path).unwrap_or(path)).collect()
+}
+
+/// A text cut behind each word that ends in `.mtl`.
+fn names_by_ending(text: &str) -> Vec<&str> {
+    let (mut names, mut start) = (Vec::new(), 0);
+    for (i, _) in text.char_indices().filter(|(_, c)| c.is_whitespace()) {
+        if text[start..i].to_lowercase().ends_with(".mtl") {
+            names.push(text[start..i].trim());
+            start = i;
+        }
+    }
+    names.push(text[start..].trim());
+    names
 }
 
 /// A file by its path relative to `base`: as it is written; or else by its name alone beside where it should be, as

@@ -26,8 +26,9 @@ pub fn triangles(points: &[DVec3], mut each: impl FnMut([usize; 3])) {
         return (1..count - 1).for_each(|i| each([0, i, i + 1]));
     }
     let ears = ears(points, normal);
-    if ears.is_empty() {
-        // It has no area, or crosses itself: whatever it shows, none of its corners is lost.
+    if ears.is_empty() || (ears.len() < count - 2 && !is_flat(points, normal)) {
+        // It has no area, or crosses itself, or is bent so much that corners which are seen edge-on would be left out:
+        // whatever it shows, none of its corners is lost.
         return (1..count - 1).for_each(|i| each([0, i, i + 1]));
     }
     ears.into_iter().for_each(each);
@@ -42,6 +43,14 @@ pub fn clipped(points: &[DVec3]) -> Vec<[u32; 3]> {
 fn normal(points: &[DVec3]) -> DVec3 {
     let ring = (0..points.len()).map(|i| (points[i] - points[0]).cross(points[(i + 1) % points.len()] - points[0]));
     ring.sum()
+}
+
+/// Whether all corners lie in one plane, but for a millionth of the largest distance from the first one.
+fn is_flat(points: &[DVec3], normal: DVec3) -> bool {
+    let normal = normal.normalize_or_zero();
+    let spokes = || points.iter().map(|p| *p - points[0]);
+    let reach = spokes().map(|p| p.length()).fold(0.0, f64::max);
+    spokes().all(|p| p.dot(normal).abs() <= 1e-6 * reach)
 }
 
 /// Whether the spokes from the first corner sweep less than a full turn: a fan that is swept twice overlaps itself.
@@ -113,6 +122,13 @@ mod tests {
         let sum: DVec3 =
             all(&points).iter().map(|t| t.map(|i| points[i])).map(|[a, b, c]| (b - a).cross(c - a) / 2.0).sum();
         assert!((sum - DVec3::new(-1.0, -2.0, 1.0) * 3.0).length() < 1e-9, "{sum}");
+    }
+
+    /// The last corner stands above an edge: seen along the normal it lies on it.
+    #[test]
+    fn a_bent_polygon_keeps_all_of_its_corners() {
+        let corners = [[-5.0, 0.0, 5.0], [5.0, 0.0, 5.0], [5.0, 0.0, -5.0], [-5.0, 0.0, -5.0], [0.0, 5.0, -5.0]];
+        assert_eq!(all(&corners.map(DVec3::from_array)), [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
     }
 
     #[test]

@@ -230,6 +230,22 @@ fn libraries_that_are_missing_are_told_once() {
 }
 
 #[test]
+fn names_of_libraries_may_have_blanks() {
+    let obj = String::from_utf8(TWO.to_vec()).unwrap().replace("two.mtl", "my red.mtl my green.MTL");
+    let files: &[(&str, &[u8])] = &[
+        ("two.obj", obj.as_bytes()),
+        ("my red.mtl", b"newmtl red\nKd 1 0 0\n"),
+        ("my green.MTL", b"newmtl green\nKd 0 1 0\n"),
+    ];
+    let (read, said, _folder) = scene(files, file("two.obj"), &[]);
+    assert!(said.is_empty(), "{said:?}");
+    assert_eq!(
+        read.materials.iter().map(|(n, m)| (&**n, m.color.y)).collect::<Vec<_>>(),
+        [("red", 0.0), ("green", 1.0)]
+    );
+}
+
+#[test]
 fn maps_are_found_where_projects_have_been_moved_and_left_out_where_not() {
     let mut png = std::io::Cursor::new(Vec::new());
     ::image::RgbImage::from_pixel(2, 2, ::image::Rgb([128, 128, 255]))

@@ -1,7 +1,7 @@
 //! The header of a PLY file: which elements follow, with which properties, in which encoding.
 
 use crate::base::diagnostics::Diagnostic;
-use crate::load::mesh::source::{SourceFile, decode};
+use crate::load::mesh::source::{Notes, SourceFile, decode};
 
 /// How the numbers behind the header are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -131,7 +131,7 @@ impl Lines<'_> {
 ///
 /// # Errors
 /// What is no header, at its place.
-pub fn read(source: SourceFile) -> Result<PlyHeader, Diagnostic> {
+pub fn read(source: SourceFile, notes: &mut Notes) -> Result<PlyHeader, Diagnostic> {
     let mut lines = Lines { source, at: 0, ends: None };
     let is_ply = |words: &[String]| words.first().is_some_and(|word| word.trim_start_matches('\u{feff}') == "ply");
     if !lines.next().is_some_and(|(words, _)| is_ply(&words)) {
@@ -176,6 +176,10 @@ pub fn read(source: SourceFile) -> Result<PlyHeader, Diagnostic> {
                     None => return wrong("a property before any element"),
                 }
             }
+            // A comment that lost its word, perhaps; not what was meant for an element and is misspelt.
+            _ if header.elements.is_empty() => notes.add("header", || {
+                source.error(start, end, "this line is none of a PLY header; it is skipped").into_warning()
+            }),
             _ => return wrong("this line is none of a PLY header"),
         }
     }

@@ -78,7 +78,7 @@ struct Row {
 /// # Errors
 /// What cannot be read, with its line, or its byte where the file is not text.
 pub fn parse(source: SourceFile, decoded: bool, notes: &mut Notes) -> Result<MeshData, Diagnostic> {
-    let header = header::read(source)?;
+    let header = header::read(source, notes)?;
     let mut body = Body { source, at: header.end, encoding: header.encoding };
     let vertices = header.elements.iter().find(|element| element.name == "vertex").map_or(0, |element| element.count);
     let mut data = MeshData::default();
