@@ -2,6 +2,8 @@
 
 #[path = "all/assets.rs"]
 mod assets;
+#[path = "all/cameras.rs"]
+mod cameras;
 #[path = "all/diff.rs"]
 mod diff;
 #[path = "all/errors.rs"]

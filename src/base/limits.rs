@@ -118,6 +118,8 @@ pub const THREADS: usize = 1_024;
 pub const ENTITIES: usize = 16_000_000;
 /// Materials of a scene.
 pub const MATERIALS: usize = 1_000_000;
+/// Named cameras of a scene: all of them are copied when a script writes to one.
+pub const CAMERAS: usize = 4_096;
 /// Triangles of a scene: primitive numbers are 32 bits and cell lists must fit too.
 pub const TRIANGLES: usize = 100_000_000;
 /// Emissive primitives that are sampled as lights, triangles of instances included: past this they still emit, but

@@ -18,6 +18,8 @@ fn type_word(word: &str) -> &'static str {
         "path" => "Path",
         "entity" => "Entity",
         "component" => "Component",
+        "camera" => "Camera",
+        "cameras" => "Cameras",
         "generator" => "Random",
         "table" => "Table",
         _ => "?",

@@ -92,6 +92,7 @@ pub fn schema() -> Value {
         "additionalProperties": false,
         "properties": {
             "camera": others["camera"],
+            "cameras": { "type": "object", "additionalProperties": others["camera"] },
             "render": others["render"],
             "materials": { "type": "object", "additionalProperties": others["material"] },
             "entities": {

@@ -11,7 +11,7 @@ use super::context::ScriptContext;
 use super::convert::{describe, number, to_dynamic, to_value};
 use super::errors::{Fallible, complain};
 use super::fields::{checked, known_entity, known_material, known_parent, set_field, text, unknown_entity};
-use super::overlay::{Marks, Overlay};
+use super::overlay::{ActiveCamera, Marks, Overlay};
 use super::random::Generator;
 use super::vocabulary::field_of_material;
 use super::world;
@@ -52,9 +52,11 @@ pub struct RecordHandle {
     place: RecordPath,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 enum RecordPath {
+    /// The one that the frame is seen from, whichever it is by then.
     Camera,
+    NamedCamera(ActiveCamera),
     Render,
     Material(usize),
     Component(usize, Kind),
@@ -93,6 +95,11 @@ impl SceneHandle {
     /// The camera's fields.
     pub fn camera_record(&self) -> RecordHandle {
         self.record(RecordPath::Camera)
+    }
+
+    /// The fields of one of the cameras.
+    pub fn camera_of(&self, which: ActiveCamera) -> RecordHandle {
+        self.record(RecordPath::NamedCamera(which))
     }
 
     /// The render settings.
@@ -210,27 +217,40 @@ impl SceneHandle {
 }
 
 impl RecordHandle {
+    /// Which camera it is, if it is one; `None` inside is the one that the frame is seen from.
+    pub(super) fn as_camera(&self) -> Option<Option<&ActiveCamera>> {
+        match &self.place {
+            RecordPath::Camera => Some(None),
+            RecordPath::NamedCamera(which) => Some(Some(which)),
+            RecordPath::Render | RecordPath::Material(_) | RecordPath::Component(..) => None,
+        }
+    }
+
     fn owner(&self) -> String {
         let overlay = self.scene.lock();
-        match self.place {
-            RecordPath::Camera => "the camera".into(),
+        match &self.place {
+            RecordPath::Camera | RecordPath::NamedCamera(ActiveCamera::Default | ActiveCamera::Blended(_)) => {
+                "the camera".into()
+            }
+            RecordPath::NamedCamera(ActiveCamera::Named(index)) => format!("camera `{}`", overlay.cameras()[*index].0),
             RecordPath::Render => "the render settings".into(),
             RecordPath::Material(index) => {
-                overlay.material(index).map_or_else(String::new, |(name, _)| format!("material `{name}`"))
+                overlay.material(*index).map_or_else(String::new, |(name, _)| format!("material `{name}`"))
             }
-            RecordPath::Component(entity, kind) => format!("{} of {}", kind.name(), overlay.label(entity)),
+            RecordPath::Component(entity, kind) => format!("{} of {}", kind.name(), overlay.label(*entity)),
         }
     }
 
     pub fn get(&mut self, field: &str) -> Fallible<Dynamic> {
         let overlay = self.scene.lock();
         let look = |record: &dyn Record| (record.get(field), record.fields());
-        let (value, known) = match self.place {
+        let (value, known) = match &self.place {
             RecordPath::Camera => look(overlay.camera()),
+            RecordPath::NamedCamera(which) => look(overlay.camera_of(which)),
             RecordPath::Render => look(overlay.render()),
-            RecordPath::Material(index) => overlay.material(index).map_or((None, &[][..]), |(_, m)| look(m)),
+            RecordPath::Material(index) => overlay.material(*index).map_or((None, &[][..]), |(_, m)| look(m)),
             RecordPath::Component(entity, kind) => {
-                overlay.component(entity, kind).map_or((None, &[][..]), |c| look(c.record()))
+                overlay.component(*entity, *kind).map_or((None, &[][..]), |c| look(c.record()))
             }
         };
         drop(overlay);
@@ -246,15 +266,19 @@ impl RecordHandle {
     pub fn set(&mut self, field: &str, value: Dynamic) -> Fallible<()> {
         let owner = self.owner();
         let mut overlay = self.scene.lock();
-        match self.place {
-            RecordPath::Camera => {
-                let mut camera = overlay.camera().clone();
+        match self.place.clone() {
+            RecordPath::Camera | RecordPath::NamedCamera(_) => {
+                let which = match &self.place {
+                    RecordPath::NamedCamera(which) => which.clone(),
+                    _ => overlay.active_camera().clone(),
+                };
+                let mut camera = overlay.camera_of(&which).clone();
                 set_field(&mut camera, field, &value, &owner)?;
                 if let (Some(Focus::Entity(name)), "focus") = (&camera.focus, field) {
                     known_entity(&overlay, name)?;
                 }
                 // Position and target may pass through each other on the way: the whole is checked with the frame.
-                overlay.set_camera(camera);
+                overlay.set_camera(&which, camera);
             }
             RecordPath::Render => {
                 let mut render = overlay.render().clone();

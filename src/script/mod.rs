@@ -24,6 +24,7 @@
 //! It stands in one table (`table`): each function with its registration, its text and an example that runs as a test; the
 //! guide is made from it.
 
+mod cameras;
 mod clip_frames;
 mod clips;
 mod closures;

@@ -28,6 +28,7 @@ pub const CHAPTERS: &[&Chapter] = &[
     &super::time::CHAPTER,
     &super::parameters::CHAPTER,
     &super::scene_api::CHAPTER,
+    &super::cameras::CHAPTER,
     &super::clips::CHAPTER,
     &super::easing::CHAPTER,
     &super::interpolate::CHAPTER,
