@@ -128,8 +128,8 @@ impl FrameTime {
         self.t
     }
 
-    /// `offset` is in frames from the frame's own time. `t` stays in the range that its mode promises: a loop begins
-    /// anew, a clip stands still at its ends.
+    /// `offset` is in frames from the frame's own time. A loop begins anew; a clip goes on past its ends while the shutter
+    /// is open, so that its first and last frames are blurred as all the others are.
     pub fn new(header: &Header, number: u32, offset: f64, seed: u64, state: Dynamic) -> Self {
         let at = f64::from(number - 1) + offset;
         let t = match header.mode {
@@ -139,7 +139,7 @@ impl FrameTime {
                 let rest = at.rem_euclid(frames);
                 if rest < frames { rest / frames } else { 0.0 }
             }
-            TimeMode::Clip if header.frames > 1 => (at / f64::from(header.frames - 1)).clamp(0.0, 1.0),
+            TimeMode::Clip if header.frames > 1 => at / f64::from(header.frames - 1),
             TimeMode::Clip => 0.0,
         };
         let fps = header.rate.per_second();
@@ -199,7 +199,8 @@ pub const CHAPTER: Chapter = Chapter {
             "t",
             "number",
             "Time from 0 to 1: the first frame is 0; the last is 1 in a clip, and one frame before 1 in a \
-            loop. While the shutter is open it is the time of the moment.",
+            loop. While the shutter is open it is the time of the moment: at the ends of a clip it goes on a little below 0 \
+            and above 1, so that these frames are blurred like all others.",
             "f.t >= 0.0     // true",
             |f: &mut FrameTime| f.t
         ),

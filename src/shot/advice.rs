@@ -39,6 +39,7 @@ pub fn advice(shot: &mut Shot, fingerprints: &[Fingerprint]) -> Diagnostics {
                     `environment` or a material's `emission` light it too";
         found.push(at_script(shot, Diagnostic::warning(message).help(help)));
     }
+    found.0.extend(stepping(shot, count as u32));
     if let Some(unseen) = unseen(shot, &scenes, count) {
         found.push(unseen);
     }
@@ -81,6 +82,76 @@ fn is_dark(scene: &Scene) -> bool {
         || scene.entities.iter().any(is_lamp)
         || scene.materials.iter().any(|(_, material)| emits(material));
     !is_lit && scene.entities.iter().any(|desc| shapes_of(desc).next().is_some())
+}
+
+/// Pairs of frames in which what moves is looked for.
+const PAIRS: u32 = 3;
+
+/// A warning about what differs from frame to frame and stands still while the shutter is open.
+fn stepping(shot: &Shot, count: u32) -> Option<Diagnostic> {
+    if !shot.is_sequence() || count < 2 {
+        return None;
+    }
+    let mut steps: Option<Vec<Moved>> = None;
+    for pair in 0..PAIRS.min(count - 1) {
+        let frame = 1 + pair * (count - 1) / PAIRS.min(count - 1);
+        let slices = shot.slices(frame).ok()?;
+        let next = shot.slices(frame + 1).ok()?;
+        let (first, last) = (slices.first()?, slices.last()?);
+        let moved: Vec<Moved> = differing(&first.edits, &next.first()?.edits);
+        let blurred = differing(&first.edits, &last.edits);
+        // One picture after another without a shutter has nothing to blur.
+        if slices.len() < 2 || moved.is_empty() {
+            return None;
+        }
+        let alone = moved.into_iter().filter(|one| !blurred.contains(one));
+        steps = Some(match steps {
+            None => alone.collect(),
+            Some(before) => alone.filter(|one| before.contains(one)).collect(),
+        });
+    }
+    let Moved(part) = *steps?.first()?;
+    let what = match part {
+        ScenePart::Entity(index) => shot.input.program.as_ref()?.1.entities.get(index)?.label(index),
+        _ => "the camera".into(),
+    };
+    let message =
+        format!("{what} moves from frame to frame and stands still while the shutter is open: it is not blurred");
+    let help = "let it move by `f.t` or `f.seconds`, which are those of each moment; `f.index` and `f.number` are not";
+    let mut warning = Diagnostic::warning(message).help(help).about(part);
+    shot.input.find_place(&mut warning, 1);
+    Some(warning)
+}
+
+/// Something whose place may be another one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Moved(ScenePart);
+
+/// What stands elsewhere under one list of edits than under another.
+fn differing(from: &[Edit], to: &[Edit]) -> Vec<Moved> {
+    let places = |edits: &[Edit]| -> FxHashMap<usize, Transform> {
+        let place = |edit: &Edit| match edit {
+            Edit::Put { entity, component: Component::Transform(transform) } => Some((*entity, transform.clone())),
+            _ => None,
+        };
+        edits.iter().filter_map(place).collect()
+    };
+    let view = |edits: &[Edit]| {
+        let view = |edit: &Edit| match edit {
+            Edit::Camera(camera) => Some([camera.from, camera.at, camera.up]),
+            _ => None,
+        };
+        edits.iter().rev().find_map(view)
+    };
+    let (before, after) = (places(from), places(to));
+    let moves = |(entity, place): (&usize, &Transform)| {
+        before.get(entity).is_some_and(|known| known != place).then_some(Moved(ScenePart::Entity(*entity)))
+    };
+    let mut found: Vec<Moved> = after.iter().filter_map(moves).collect();
+    found.sort_by_key(|Moved(part)| if let ScenePart::Entity(index) = part { *index } else { usize::MAX });
+    let is_seen_from_elsewhere = view(from).zip(view(to)).is_some_and(|(a, b)| a != b);
+    found.extend(is_seen_from_elsewhere.then_some(Moved(ScenePart::Camera)));
+    found
 }
 
 /// Fields of materials that are given and that their models do not look at: which material, which field, and what to say.

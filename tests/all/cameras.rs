@@ -77,7 +77,7 @@ fn textures_are_filtered_by_what_a_pixel_of_parallel_rays_covers() {
     let floor = |camera: &str| {
         format!(
             "(camera: ({camera}, up: (0.0, 0.0, -1.0)), render: (size: (16, 16), samples: 1, transfer: Linear),
-              materials: {{ \"tiles\": (model: Unlit, color_map: (image: \"tiles.png\", scale: (5.0, 5.0))) }},
+              materials: {{ \"tiles\": (model: Unlit, color: (1.0, 1.0, 1.0), color_map: (image: \"tiles.png\", scale: (5.0, 5.0))) }},
               entities: [(plane: (), material: \"tiles\")])"
         )
     };
@@ -231,7 +231,7 @@ fn mistakes_with_cameras_are_answered_at_their_places() {
         sandbox.anim("check a.rhai").fails(3, &[&["a.rhai:2:"], expected].concat());
     };
     in_script("s.camera = \"clsoe\";", &["there is no camera `clsoe`", "did you mean `close`?"]);
-    in_script("s.camera = 3;", &["found 3", "write the name of one of the scene's `cameras`"]);
+    in_script("s.camera = 3;", &["found the number 3", "write the name of one of the scene's `cameras`"]);
     in_script("s.cameras.clsoe.fov = 3;", &["did you mean `close`?"]);
     in_script("s.camera = blend(\"close\", \"plan\", 0.5);", &["Perspective and Orthographic, are not blended"]);
     in_script("s.cameras.top = #{ fov: 3 };", &["write s.add_camera(\"top\""]);
