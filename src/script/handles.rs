@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ::rhai::{Dynamic, Map};
 use glam::DVec3;
 
+use super::allowance::Limit;
 use super::clips;
 use super::constraints::Constraints;
 use super::context::ScriptContext;
@@ -13,6 +14,7 @@ use super::errors::{Fallible, complain};
 use super::fields::{checked, known_entity, known_material, known_parent, set_field, text, unknown_entity};
 use super::overlay::{ActiveCamera, Marks, Overlay};
 use super::random::Generator;
+use super::sandbox::allowance;
 use super::vocabulary::field_of_material;
 use super::world;
 use crate::base::diagnostics::suggestion;
@@ -192,8 +194,10 @@ impl SceneHandle {
         }
         let index = {
             let mut overlay = self.lock();
-            if overlay.count() >= limits::ENTITIES || overlay.spawned() >= limits::SCRIPT_SPAWNS {
-                return complain(format!("more than {} entities spawned", overlay.spawned()), None);
+            if overlay.count() >= limits::ENTITIES || overlay.spawned() as u64 >= allowance().get(Limit::Spawns) {
+                let most = allowance().get(Limit::Spawns);
+                let help = Limit::Spawns.how_to_raise(most);
+                return complain(format!("more than {} entities spawned in one call", overlay.spawned()), Some(help));
             }
             if let Some(name) = desc.name.as_deref()
                 && overlay.find(name).is_some()

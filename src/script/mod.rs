@@ -24,6 +24,7 @@
 //! It stands in one table (`table`): each function with its registration, its text and an example that runs as a test; the
 //! guide is made from it.
 
+pub mod allowance;
 mod cameras;
 mod clip_frames;
 mod clips;
@@ -156,7 +157,7 @@ impl Program {
         let rate = Rate::from_number(f64::from(frames - 1) / seconds).unwrap_or(Rate::USUAL);
         Program {
             evaluator: Evaluator::Clip(clip),
-            header: Header { scene: None, rate, frames, mode: TimeMode::Clip, seed: 0, steps_per_frame: 1 },
+            header: Header { rate, frames, ..Header::default() },
             has_setup: false,
             place_of_scene: Place::file(&*file.to_string_lossy()),
             folder: file.parent().unwrap_or(Path::new("")).to_path_buf(),
