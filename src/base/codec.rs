@@ -42,13 +42,16 @@ fn address<T>(value: &Arc<T>) -> usize {
 /// Where values are written to.
 #[derive(Default)]
 pub struct Encoder {
+    /// What is written so far.
     pub bytes: Vec<u8>,
+    /// Values that were shared so far.
     pub table: SharedTable,
     /// Whether the other end keeps what is new in this message.
     pub teaches: bool,
 }
 
 impl Encoder {
+    /// Writes a value behind what is there.
     pub fn put<T: Codec>(&mut self, value: &T) {
         value.encode(self);
     }
@@ -78,15 +81,22 @@ impl Encoder {
 /// Where values are read from.
 pub struct Decoder<'a> {
     rest: &'a [u8],
+    /// Values that were shared so far.
     pub table: SharedTable,
+    /// Whether what is new in this message is kept for the next.
     pub learns: bool,
 }
 
 impl<'a> Decoder<'a> {
+    /// Reads from `bytes`, with the table of the messages before.
     pub fn new(bytes: &'a [u8], table: SharedTable, learns: bool) -> Self {
         Decoder { rest: bytes, table, learns }
     }
 
+    /// The next value.
+    ///
+    /// # Errors
+    /// [`Malformed`] if the bytes are no such value.
     pub fn get<T: Codec>(&mut self) -> Result<T, Malformed> {
         T::decode(self)
     }
@@ -108,6 +118,10 @@ impl<'a> Decoder<'a> {
         Ok(*taken)
     }
 
+    /// As [`Encoder::count`] wrote it.
+    ///
+    /// # Errors
+    /// [`Malformed`] if the bytes end, or are no number of 64 bits.
     pub fn count(&mut self) -> Result<u64, Malformed> {
         let mut count = 0u64;
         for shift in (0..64).step_by(7) {
@@ -120,6 +134,10 @@ impl<'a> Decoder<'a> {
         Err(Malformed)
     }
 
+    /// As [`Encoder::shared`] wrote it.
+    ///
+    /// # Errors
+    /// [`Malformed`] if the bytes are no such value, or name one that is not in the table.
     pub fn shared<T: Codec + Any + Send + Sync>(&mut self) -> Result<Arc<T>, Malformed> {
         let number = self.count()?;
         if number > 0 {
@@ -136,6 +154,7 @@ impl<'a> Decoder<'a> {
 
 /// A value that can go to another process of this program and be there what it was, to the bit.
 pub trait Codec: Sized {
+    /// Writes the value.
     fn encode(&self, to: &mut Encoder);
     /// # Errors
     /// [`Malformed`] if the bytes are no such value.

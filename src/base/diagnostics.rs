@@ -105,18 +105,24 @@ fn floor_boundary(text: &str, at: usize) -> usize {
 /// The part of a scene that a mistake is in; numbers count in authored order, from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ScenePart {
+    /// The camera of the scene.
     Camera,
+    /// The settings of the scene.
     Render,
+    /// A material, by its number.
     Material(usize),
+    /// An entity, by its number.
     Entity(usize),
 }
 
 /// What a mistake is about, where its place in a text is not known to whoever finds it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Subject {
+    /// Where in the scene.
     pub part: ScenePart,
     /// The component of an entity, by its name in a scene.
     pub component: Option<&'static str>,
+    /// The field of the part or component, by its name in a scene; none if all of it is meant.
     pub field: Option<&'static str>,
 }
 

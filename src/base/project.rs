@@ -17,10 +17,13 @@ use super::diagnostics::{Cause, Diagnostic};
 /// What a file is read as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FileRole {
+    /// A script in Rhai that is run itself.
     Script,
     /// A script that another one imports.
     Module,
+    /// A scene, in any of the formats that are read.
     Scene,
+    /// A mesh or an asset.
     Mesh,
     /// A picture, or a folder of pictures.
     Image,
@@ -29,9 +32,11 @@ pub enum FileRole {
 }
 
 impl FileRole {
+    /// Every role.
     pub const ALL: [FileRole; 6] =
         [FileRole::Script, FileRole::Module, FileRole::Scene, FileRole::Mesh, FileRole::Image, FileRole::Data];
 
+    /// The role as messages and archives call it.
     pub fn word(self) -> &'static str {
         match self {
             FileRole::Script => "script",
@@ -98,6 +103,7 @@ impl Project {
         Project { root, allowed, ..Project::default() }
     }
 
+    /// The folder below which files are read.
     pub fn root(&self) -> &Path {
         &self.root
     }
@@ -247,6 +253,7 @@ pub struct Folder {
 }
 
 impl Folder {
+    /// The folder `path` of a project.
     pub fn new(path: impl Into<PathBuf>, project: Arc<Project>) -> Self {
         Folder { path: path.into(), project }
     }
@@ -256,6 +263,7 @@ impl Folder {
         Folder::new(file.parent().unwrap_or(Path::new("")), project)
     }
 
+    /// The project that the files belong to.
     pub fn project(&self) -> &Arc<Project> {
         &self.project
     }

@@ -53,10 +53,12 @@ impl Rate {
         }
     }
 
+    /// Frames of `denominator` seconds.
     pub fn numerator(self) -> u32 {
         self.numerator
     }
 
+    /// Seconds that `numerator` frames take.
     pub fn denominator(self) -> u32 {
         self.denominator
     }

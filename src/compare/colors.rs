@@ -8,7 +8,9 @@ use crate::output::{ChannelSamples, ColorEncoding, LayeredPicture, PictureChanne
 pub struct ColorLayer {
     /// What stands before `.R`, `.G` and `.B`; empty for the plain channels of a picture.
     pub name: String,
+    /// Where its pixels lie.
     pub window: PixelWindow,
+    /// How its values are stored.
     pub encoding: ColorEncoding,
     /// Row by row from the top.
     pub colors: Vec<[f32; 3]>,

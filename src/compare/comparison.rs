@@ -59,7 +59,9 @@ pub(super) fn apart(a: f64, b: f64) -> f64 {
 /// A channel that both pictures have.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelDifference {
+    /// As in the file, such as `R` or `depth.Z`.
     pub name: String,
+    /// How much it differs.
     pub difference: Difference,
     /// The pixel of the largest difference, counted from the top left of what both pictures cover.
     pub worst: [u32; 2],

@@ -40,7 +40,9 @@ pub enum Topic {
     Frame,
     /// Camera and settings.
     Scene,
+    /// A material of the scene.
     Material,
+    /// An entity of the scene.
     Entity,
 }
 
@@ -64,18 +66,22 @@ impl Topic {
 /// One thing that is so in a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fact {
+    /// What kind of thing it is about.
     pub topic: Topic,
     /// Whose it is: "camera", "entity `key`".
     pub subject: String,
     /// Which of its values; empty for the digest of all of them.
     pub field: String,
+    /// The value as text; a digest where it would be long.
     pub value: String,
 }
 
 /// A frame as facts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FrameDescription {
+    /// How much is said.
     pub detail: Detail,
+    /// In the order in which the frame's parts stand in the scene.
     pub facts: Vec<Fact>,
 }
 

@@ -19,9 +19,11 @@ const HASH: &str = "Hash";
 /// A golden picture, or a new one that may become golden.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GoldenPicture {
+    /// Its pixels, all layers.
     pub picture: LayeredPicture,
     /// What it says of its making, without the description.
     pub metadata: Metadata,
+    /// What it was made from, if it says so.
     pub description: Option<FrameDescription>,
 }
 

@@ -23,8 +23,10 @@ pub enum Metric {
 }
 
 impl Metric {
+    /// Every metric.
     pub const ALL: [Metric; 5] = [Metric::Exact, Metric::Max, Metric::Rmse, Metric::Psnr, Metric::Flip];
 
+    /// The metric as options and reports call it.
     pub fn word(self) -> &'static str {
         match self {
             Metric::Exact => "exact",
@@ -39,6 +41,7 @@ impl Metric {
 /// How much of a metric is forgiven.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slack {
+    /// What is measured.
     pub metric: Metric,
     /// At most this, or at least this for [`Metric::Psnr`]; nothing for [`Metric::Exact`].
     pub threshold: f64,
@@ -47,6 +50,7 @@ pub struct Slack {
 /// How FLIP looks at a pair of pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FlipSettings {
+    /// How far away the screen is, as far as FLIP knows.
     pub viewing: Viewing,
     /// For pictures of linear light; derived from the first picture where it is not given.
     pub exposures: Option<Exposures>,
@@ -57,7 +61,9 @@ pub struct FlipSettings {
 pub struct FlipDifference {
     /// As [`ColorLayer::name`].
     pub name: String,
+    /// Mean of the map, summed in `f64`.
     pub mean: f64,
+    /// The error of every pixel.
     pub map: ErrorMap,
     /// Where linear light was compared.
     pub exposures: Option<Exposures>,
@@ -66,19 +72,24 @@ pub struct FlipDifference {
 /// How near two pictures are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
+    /// They are the same in every channel and pixel.
     Equal,
     /// They differ, and as much as they do is forgiven.
     Within,
+    /// They differ by more than is forgiven.
     Different,
 }
 
 /// Two pictures, compared and judged.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judgement {
+    /// What differs, channel by channel.
     pub comparison: Comparison,
     /// For every colour that both have; empty for equal pictures, and where nobody asked for it.
     pub flip: Vec<FlipDifference>,
+    /// What FLIP was asked.
     pub settings: FlipSettings,
+    /// What follows from it and the slack.
     pub verdict: Verdict,
 }
 

@@ -22,8 +22,11 @@ use comparison::ErrorSums;
 /// an EXR has it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
+    /// Pixels of a row.
     pub width: u32,
+    /// Rows.
     pub height: u32,
+    /// Red, green and blue, row by row from the top.
     pub pixels: Vec<[f32; 3]>,
 }
 

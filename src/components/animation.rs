@@ -46,7 +46,9 @@ choice! {
 pub struct Track {
     /// The node by its name in the asset.
     pub node: Text,
+    /// What of the node.
     pub property: TrackProperty,
+    /// How values between keys are found.
     pub interpolation: KeyInterpolation,
     /// Seconds, rising.
     pub times: Vec<f32>,
@@ -59,7 +61,9 @@ pub struct Track {
 /// Named motion of an asset's nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
+    /// The clip as scripts call it; unique within an asset.
     pub name: Text,
+    /// In the order of the file.
     pub tracks: Vec<Track>,
 }
 

@@ -25,6 +25,7 @@ pub struct AssetNode {
 pub struct AssetData {
     /// Named motion of its nodes.
     pub clips: Vec<Clip>,
+    /// Parents before their children.
     pub nodes: Vec<AssetNode>,
     /// Under the names that they have in a scene.
     pub materials: Vec<(Text, Material)>,
@@ -51,6 +52,7 @@ pub struct Asset {
 }
 
 impl Asset {
+    /// The fields that a scene may give.
     pub const FIELDS: &'static [&'static str] = &["file", "scene", "without"];
 
     /// A clip by its name.

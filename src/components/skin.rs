@@ -111,6 +111,7 @@ pub struct MorphTarget {
 }
 
 impl MorphData {
+    /// Targets, and the digest that tells them from others.
     pub fn new(targets: Vec<MorphTarget>) -> Self {
         let mut hasher = Hasher::default();
         hasher.word(targets.len() as u64);
@@ -133,6 +134,7 @@ impl MorphData {
         self.targets.len()
     }
 
+    /// Whether there is no shape at all.
     pub fn is_empty(&self) -> bool {
         self.targets.is_empty()
     }
@@ -165,10 +167,12 @@ impl MorphData {
 pub struct Skin {
     /// Names of the entities that are its joints, in the order of the asset's skin.
     pub joints: Vec<Text>,
+    /// Joints and weights, shared by all entities of one file.
     pub data: Arc<SkinData>,
 }
 
 impl Skin {
+    /// The fields that a scene may give.
     pub const FIELDS: &'static [&'static str] = &["joints"];
 }
 
@@ -177,10 +181,12 @@ impl Skin {
 pub struct Morph {
     /// How much of each shape is added, in the order of the asset: 0 nothing, 1 all of it.
     pub weights: Vec<f64>,
+    /// Shapes, shared by all entities of one file.
     pub data: Arc<MorphData>,
 }
 
 impl Morph {
+    /// The fields that a scene may give.
     pub const FIELDS: &'static [&'static str] = &["weights", "names"];
 
     /// What the asset calls the shapes.

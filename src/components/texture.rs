@@ -80,8 +80,11 @@ choice! {
     pub enum Channel {
         /// All of it: its luminance where one number is wanted, as for `roughness_map`.
         Color,
+        /// The first channel.
         Red,
+        /// The second channel.
         Green,
+        /// The third channel.
         Blue,
         /// That of a picture, 1 if it has none.
         Alpha,

@@ -86,6 +86,7 @@ pub struct PackSummary {
 /// An archive that was unpacked into a folder of its own, which goes when this is dropped.
 #[derive(Clone, Debug)]
 pub struct UnpackedArchive {
+    /// What it says of its contents.
     pub manifest: PackManifest,
     folder: Arc<TempDir>,
 }

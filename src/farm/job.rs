@@ -25,6 +25,7 @@ const MOST_CORES: u32 = 16;
 pub struct Task {
     /// Its number, from 1.
     pub number: u32,
+    /// Ascending.
     pub frames: Vec<u32>,
     /// How many of them are not there yet.
     pub left: usize,
@@ -42,6 +43,7 @@ impl Task {
 /// All tasks of a shot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TaskPlan {
+    /// In the order of their numbers.
     pub tasks: Vec<Task>,
     /// Digest of the plan.
     pub plan: String,
@@ -136,11 +138,13 @@ pub struct FarmJob {
     pub files: Vec<Vec<String>>,
     /// Files that the shot is made of.
     pub sources: Vec<String>,
+    /// What is done by whom.
     pub tasks: TaskPlan,
     /// Processor seconds of one unit of cost, if they were measured.
     pub seconds_per_cost: Option<f64>,
     /// A film or sheet that is made at the end, as an absolute path.
     pub film: Option<String>,
+    /// A contact sheet that is made at the end, as an absolute path.
     pub sheet: Option<String>,
 }
 

@@ -9,18 +9,22 @@ use super::quote::{power_shell, shell_words, yaml};
 /// Which machines a template is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WorkerSystem {
+    /// Machines with a POSIX shell.
     #[default]
     Linux,
+    /// Machines with PowerShell.
     Windows,
 }
 
 /// What is asked of a template.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OpenJdOptions {
+    /// Which machines run it.
     pub system: WorkerSystem,
     /// Seconds that a chunk is to take, where the scheduler makes chunks (the extension TASK_CHUNKING); without it, the
     /// tasks are those of the plan, balanced by cost.
     pub chunk_seconds: Option<u32>,
+    /// Cores of a worker at least; the plan's estimate where it is not given.
     pub cores: Option<u32>,
     /// The folder of the template, as an absolute path.
     pub folder: String,

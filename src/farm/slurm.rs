@@ -8,12 +8,15 @@ use super::quote::{shell, shell_words};
 /// What is asked of Slurm.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SlurmOptions {
+    /// The partition that the job is sent to; the cluster's default where it is not given.
     pub partition: Option<String>,
+    /// The account that the job is counted to.
     pub account: Option<String>,
     /// Memory of a task as Slurm writes it, over the plan's estimate.
     pub memory: Option<String>,
     /// Time limit of a task as Slurm writes it.
     pub time: Option<String>,
+    /// Cores of a task; the plan's estimate where it is not given.
     pub cores: Option<u32>,
     /// Tasks that run at once.
     pub throttle: Option<u32>,

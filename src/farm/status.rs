@@ -15,6 +15,7 @@ use crate::output::manifest::{Entry, Manifest};
 /// A worker, and how fast it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorkerStatus {
+    /// What it said of itself at first.
     pub header: WorkerHeader,
     /// `working`, `silent` (nothing was heard for longer than its lease), `gone`, or how it ended: `done`, `failed`,
     /// `interrupted`.
@@ -32,8 +33,11 @@ pub struct WorkerStatus {
 /// A frame that could not be rendered, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FailedStatus {
+    /// Its number.
     pub frame: u32,
+    /// Who tried it.
     pub worker: String,
+    /// The message that it ended with.
     pub why: String,
 }
 
@@ -46,12 +50,17 @@ pub struct FolderStatus {
     pub wanted: usize,
     /// Whether workers said so.
     pub is_known: bool,
+    /// Numbers of whole frames, ascending.
     pub done: Vec<u32>,
     /// Frames whose files are not those that the manifest speaks of; only looked for on demand.
     pub damaged: Vec<u32>,
+    /// Numbers of frames in hand, each with the worker that has it.
     pub running: BTreeMap<u32, String>,
+    /// In the order of their numbers.
     pub failed: Vec<FailedStatus>,
+    /// Numbers of wanted frames that nobody has or has made, ascending.
     pub missing: Vec<u32>,
+    /// All that left a record in the folder.
     pub workers: Vec<WorkerStatus>,
     /// Frames that two workers have rendered, though one would have been enough.
     pub twice: Vec<u32>,

@@ -7,18 +7,23 @@ use crate::components::*;
 pub struct RecordReference {
     /// As it is written in a scene: `camera`, `sphere`.
     pub name: &'static str,
+    /// What it stands for, from its declaration.
     pub about: String,
+    /// In the order of the declaration.
     pub fields: Vec<FieldReference>,
 }
 
 /// A field of a record.
 pub struct FieldReference {
+    /// As it is written in a scene.
     pub name: &'static str,
+    /// What it means, with unit and range, from its declaration.
     pub text: String,
     /// What its value is, in words.
     pub kind: String,
     /// Words that it may be, where it is one of a few.
     pub choices: Vec<String>,
+    /// What it is where a scene does not give it.
     pub default: Value,
     /// The value in a scene.
     pub example: String,

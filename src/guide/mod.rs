@@ -27,7 +27,9 @@ pub use pages::{PAGES, Page, find};
 /// A piece of a page.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Block {
+    /// A line above what follows.
     Heading(String),
+    /// Sentences.
     Paragraph(String),
     /// Lines of a scene, a script or a command.
     Code(CodeKind, String),
@@ -59,9 +61,11 @@ pub struct GuideEntry {
     pub kind: String,
     /// What it is without being given; empty for functions.
     pub default: String,
+    /// What it means, in sentences.
     pub text: String,
     /// Arguments of a function, each with unit, range and default.
     pub arguments: Vec<(String, String)>,
+    /// How it is used.
     pub example: Option<(CodeKind, String)>,
 }
 

@@ -8,9 +8,11 @@ use crate::script::{CHAPTERS, Function};
 pub struct Page {
     /// What it is asked for by: `anim guide camera`.
     pub name: &'static str,
+    /// Its heading.
     pub title: &'static str,
     /// What is on it, in a line.
     pub summary: &'static str,
+    /// All that is on it.
     pub blocks: fn() -> Vec<Block>,
 }
 

@@ -25,6 +25,7 @@ pub struct AssetFile {
     pub nodes: Vec<AssetNode>,
     /// Under the names that they have in a scene.
     pub materials: Vec<(Text, Material)>,
+    /// What moves its nodes, in the order of the file.
     pub clips: Vec<Clip>,
     /// What of the file is not used.
     pub warnings: Vec<Diagnostic>,

@@ -35,6 +35,7 @@ pub struct GoldenList {
     pub file: PathBuf,
     /// Where its pictures lie.
     pub folder: PathBuf,
+    /// In the order of the file, each with the settings of all in it.
     pub entries: Vec<GoldenEntry>,
     /// How FLIP looks at the pictures; the usual distance where it is not given.
     pub pixels_per_degree: Option<f64>,
@@ -45,11 +46,13 @@ pub struct GoldenList {
 pub struct GoldenEntry {
     /// What its pictures are called: `NAME.0001.png`. The script's own name where it is not given.
     pub name: String,
+    /// The script or scene, beside the list.
     pub script: PathBuf,
     /// Values of the script's parameters, as `-D` takes them.
     pub parameters: Vec<(String, String)>,
     /// As `--frames` takes them; all where it is not given.
     pub frames: Option<String>,
+    /// How its frames are rendered and compared.
     pub settings: GoldenSettings,
     /// Where it stands in its file.
     pub place: Place,
@@ -62,7 +65,9 @@ pub struct GoldenSettings {
     pub size: Option<[u32; 2]>,
     /// Samples per pixel, over the scene's.
     pub samples: Option<u32>,
+    /// Seed of all random numbers, over the scene's.
     pub seed: Option<u64>,
+    /// Integrator, over the scene's.
     pub integrator: Option<Integrator>,
     /// Bits per channel: 8 or 16.
     pub bit_depth: Option<u32>,

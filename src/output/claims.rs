@@ -58,6 +58,7 @@ pub struct WorkerHeader {
     pub host: String,
     /// What tells this run of the machine from others.
     pub machine: String,
+    /// The number of its process on that machine.
     pub pid: u32,
     /// Seconds since 1970, by the worker's own clock.
     pub since: f64,
@@ -78,19 +79,45 @@ pub struct WorkerHeader {
 #[serde(rename_all = "snake_case", tag = "event")]
 pub enum WorkerEvent {
     /// It rendered a frame.
-    Done { frame: u32, at: f64, seconds: f64, cost: f64 },
+    Done {
+        /// Its number.
+        frame: u32,
+        /// Seconds since 1970, by the worker's own clock.
+        at: f64,
+        /// What it took.
+        seconds: f64,
+        /// In the unit of the plan.
+        cost: f64,
+    },
     /// A frame cannot be rendered.
-    Failed { frame: u32, at: f64, why: String },
+    Failed {
+        /// Its number.
+        frame: u32,
+        /// Seconds since 1970, by the worker's own clock.
+        at: f64,
+        /// The message.
+        why: String,
+    },
     /// It is alive.
-    Beat { at: f64 },
-    /// It has come to an end: `done`, `failed` or `interrupted`.
-    Ended { at: f64, how: String },
+    Beat {
+        /// Seconds since 1970, by the worker's own clock.
+        at: f64,
+    },
+    /// It has come to an end.
+    Ended {
+        /// Seconds since 1970, by the worker's own clock.
+        at: f64,
+        /// `done`, `failed` or `interrupted`.
+        how: String,
+    },
 }
 
 /// A worker as its record tells.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WorkerRecord {
+    /// What it said at first.
     pub header: WorkerHeader,
+    /// What happened to it since, in order.
     pub events: Vec<WorkerEvent>,
 }
 
@@ -173,10 +200,12 @@ impl Claims {
         Ok(claims)
     }
 
+    /// What this worker says of itself.
     pub fn header(&self) -> &WorkerHeader {
         &self.header
     }
 
+    /// How long its claims hold without a sign of life.
     pub fn lease(&self) -> Lease {
         self.lease
     }

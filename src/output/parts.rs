@@ -3,7 +3,9 @@
 /// A rectangle of the plane that pictures lie in: its top left pixel, and its width and height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PixelWindow {
+    /// Column and row of the top left pixel.
     pub origin: [i32; 2],
+    /// Columns and rows.
     pub size: [u32; 2],
 }
 
@@ -17,6 +19,7 @@ impl PixelWindow {
         (size[0] > 0 && size[1] > 0).then_some(PixelWindow { origin, size })
     }
 
+    /// How many pixels it has.
     pub fn pixels(self) -> usize {
         self.size[0] as usize * self.size[1] as usize
     }
@@ -33,7 +36,10 @@ impl std::fmt::Display for PixelWindow {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColorEncoding {
     /// From 0 to 1 along the sRGB curve, in so many bits: what a screen is sent.
-    Srgb { bits: u32 },
+    Srgb {
+        /// 8 or 16.
+        bits: u32,
+    },
     /// Light, of any brightness.
     Linear,
 }
@@ -41,9 +47,11 @@ pub enum ColorEncoding {
 /// A picture file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayeredPicture {
+    /// How its colours are stored.
     pub encoding: ColorEncoding,
     /// What is meant to be shown of the plane.
     pub display_window: PixelWindow,
+    /// In the order of the file.
     pub parts: Vec<PicturePart>,
 }
 
@@ -54,25 +62,30 @@ pub struct PicturePart {
     pub name: Option<String>,
     /// Where there are pixels.
     pub data_window: PixelWindow,
+    /// In the order of the file.
     pub channels: Vec<PictureChannel>,
 }
 
 /// A channel of a part: a value for each pixel of its data window, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PictureChannel {
+    /// As in the file, such as `R` or `depth.Z`.
     pub name: String,
+    /// Its values.
     pub samples: ChannelSamples,
 }
 
 /// The values of a channel.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ChannelSamples {
+    /// Numbers of any kind.
     Float(Vec<f32>),
     /// Numbers of objects and the like, which a float cannot hold.
     Whole(Vec<u32>),
 }
 
 impl ChannelSamples {
+    /// How many there are.
     pub fn len(&self) -> usize {
         match self {
             ChannelSamples::Float(values) => values.len(),
@@ -80,6 +93,7 @@ impl ChannelSamples {
         }
     }
 
+    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -47,19 +47,26 @@ pub enum Order {
 /// A part of the scene, as the page names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PagePart {
+    /// Its camera.
     Camera,
+    /// Its settings.
     Render,
+    /// An entity, by its number in authored order.
     Entity(usize),
+    /// A material, by its number in authored order.
     Material(usize),
 }
 
 /// One value that is tried out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trial {
+    /// Where in the scene.
     pub subject: PagePart,
     /// Of an entity.
     pub component: Option<String>,
+    /// As a scene names it.
     pub field: String,
+    /// What it is to be, as JSON.
     pub value: Value,
 }
 
@@ -68,9 +75,11 @@ pub struct Trial {
 pub struct BoardContent {
     /// What the page is told, as it is told.
     pub state: Value,
+    /// Pictures that the page may ask for.
     pub pictures: PictureStore,
 }
 
+/// Where the page and what renders meet: what there is to be seen, and what is asked for.
 pub struct Board {
     shown: Mutex<BoardContent>,
     orders: Mutex<VecDeque<Order>>,
@@ -85,6 +94,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Board {
+    /// A board with nothing on it.
     pub fn new() -> Arc<Board> {
         Arc::new(Board {
             shown: Mutex::default(),

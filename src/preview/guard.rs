@@ -22,6 +22,7 @@ impl AccessToken {
         Ok(AccessToken(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
     }
 
+    /// The secret as it stands in the page's address.
     pub fn text(&self) -> &str {
         &self.0
     }
@@ -36,10 +37,13 @@ impl AccessToken {
 /// What a request says of itself.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Credentials<'a> {
+    /// The header `Host`.
     pub host: Option<&'a str>,
+    /// The header `Origin`; browsers send none with pages that a person opens.
     pub origin: Option<&'a str>,
     /// Where the browser says that the request comes from.
     pub fetch_site: Option<&'a str>,
+    /// The secret that it carries.
     pub token: Option<&'a str>,
 }
 

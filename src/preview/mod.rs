@@ -34,11 +34,13 @@ use crate::shot::reuse::ReusePolicy;
 /// What is shown, and how.
 #[derive(Clone, Debug)]
 pub struct PreviewOptions {
+    /// The script or scene.
     pub input: PathBuf,
     /// How it is opened; the scene is kept.
     pub open: OpenOptions,
     /// Where frames are written and looked for, as `anim render` has it.
     pub out: Option<String>,
+    /// What is kept between pictures, and how much of it.
     pub policy: ReusePolicy,
     /// 0 for any that is free.
     pub port: u16,

@@ -11,7 +11,9 @@ use crate::film::Film;
 /// A picture as the page shows it.
 #[derive(Clone, Debug)]
 pub struct ShownPicture {
+    /// Number of the frame.
     pub frame: u32,
+    /// Width and height in pixels.
     pub size: [u32; 2],
     /// RGB, as the file has it in 8 bits.
     pub rgb: Arc<Vec<u8>>,
@@ -31,12 +33,15 @@ impl ShownPicture {
 /// The picture of the frame that is looked at.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CurrentPicture {
+    /// Number of the frame.
     pub frame: u32,
+    /// The picture in the store; 0 for none.
     pub picture: u64,
     /// `sketch`, `refining` or `exact`.
     pub kind: &'static str,
     /// The exact picture that stood there before the last edit.
     pub before: u64,
+    /// What it took to make it.
     pub seconds: f64,
     /// Share of the samples that were kept.
     pub kept: f64,
@@ -92,10 +97,12 @@ impl PictureStore {
         self.next
     }
 
+    /// A picture that is still there.
     pub fn get(&self, id: u64) -> Option<&ShownPicture> {
         self.pictures.get(&id)
     }
 
+    /// Forgets a picture.
     pub fn remove(&mut self, id: u64) {
         if let Some(picture) = self.pictures.remove(&id) {
             self.bytes -= picture.bytes();

@@ -61,10 +61,15 @@ pub struct PreviewWorker {
 /// What is known of a frame of the timeline.
 #[derive(Clone, Debug, Default)]
 pub struct FrameRow {
+    /// Of all that decides its pixels.
     pub hash: Digest,
+    /// `memory`, `done`, `stale` or `missing`.
     pub state: &'static str,
+    /// The picture in the store, if it is in memory.
     pub picture: Option<u64>,
+    /// What it took to make it, if it was made here.
     pub seconds: Option<f64>,
+    /// What differs from the frame before.
     pub changes: Vec<&'static str>,
 }
 
@@ -81,6 +86,7 @@ struct Todo {
 }
 
 impl PreviewWorker {
+    /// A worker that has opened nothing yet.
     pub fn new(options: PreviewOptions, board: Arc<Board>, watch: FileWatch) -> PreviewWorker {
         let cache = LiveCache::new(options.policy);
         PreviewWorker {

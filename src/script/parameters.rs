@@ -18,13 +18,19 @@ use crate::components::{Text, Value};
 /// What values a parameter takes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ParameterKind {
+    /// A number.
     Number(ParameterRange),
+    /// A whole number.
     Whole(ParameterRange),
+    /// `true` or `false`.
     Switch,
+    /// One of these texts.
     Choice(Vec<Text>),
     /// Three numbers from 0, linear light.
     Color,
+    /// Three numbers of any meaning.
     Vector,
+    /// Any text.
     Text,
 }
 
@@ -40,14 +46,18 @@ pub struct ParameterRange {
 /// One declaration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
+    /// What `-D` and `param` call it.
     pub name: Text,
+    /// What values it takes.
     pub kind: ParameterKind,
+    /// Its value unless `-D` gives another.
     pub default: Value,
     /// What a person reads beside it.
     pub label: Option<Text>,
 }
 
 impl ParameterKind {
+    /// The kind as JSON and messages call it.
     pub fn word(&self) -> &'static str {
         match self {
             ParameterKind::Number(_) => "number",

@@ -5,6 +5,7 @@ use ::rhai::Engine;
 
 /// A function of the API, as the engine is given it and as the guide shows it.
 pub struct Function {
+    /// As it is called.
     pub name: &'static str,
     /// How it is called and what it gives, as in `"along(path, t) -> vector"`: one form for each choice of arguments.
     pub forms: &'static [&'static str],
@@ -19,7 +20,9 @@ pub struct Function {
 
 /// Functions that belong together: a heading of the guide.
 pub struct Chapter {
+    /// Its heading.
     pub title: &'static str,
+    /// In the order of the guide.
     pub functions: &'static [Function],
 }
 

@@ -22,9 +22,11 @@ use crate::trace::integrator::photon::PhotonCache;
 /// The picture of one frame in memory.
 #[derive(Clone, Debug)]
 pub struct LivePicture {
+    /// Linear pixels and layers.
     pub film: Film,
     /// The settings that it was made with.
     pub render: Render,
+    /// What it took to make it.
     pub stats: FrameStats,
 }
 
@@ -76,6 +78,7 @@ struct LiveWindow {
 }
 
 impl LiveCache {
+    /// A cache with nothing in it.
     pub fn new(policy: ReusePolicy) -> Self {
         LiveCache { policy, window: None, photons: None, light_groups: None }
     }

@@ -93,6 +93,7 @@ pub struct OpenOptions {
     pub defines: Vec<(String, String)>,
     /// Refuse what a tolerant reader of NFF and P3F skips with a warning.
     pub strict: bool,
+    /// What the command line gives over the script and the scene.
     pub overrides: Overrides,
     /// What may be read.
     pub access: Access,

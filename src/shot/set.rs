@@ -13,8 +13,11 @@ use crate::output;
 /// A scene file as it was and as it is to be.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneEdit {
+    /// The text as it was.
     pub before: String,
+    /// The text as it is to be.
     pub after: String,
+    /// Each value that differs, in the order in which they were given.
     pub changes: Vec<ValueChange>,
 }
 

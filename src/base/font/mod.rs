@@ -23,17 +23,22 @@ pub const DESCENT: f64 = 0.24;
 /// inside has a winding number other than zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contour {
+    /// Where the first segment starts, in ems from the pen's place on the baseline.
     pub start: DVec2,
+    /// The last one ends where the first starts.
     pub segments: Vec<Segment>,
 }
 
 /// A piece of a contour, from where the one before it ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Segment {
+    /// A straight line to this point.
     Line(DVec2),
     /// A quadratic Bézier curve.
     Curve {
+        /// The point that it bends towards.
         control: DVec2,
+        /// Where it ends.
         end: DVec2,
     },
 }

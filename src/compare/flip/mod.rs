@@ -38,7 +38,9 @@ impl Default for Viewing {
 /// The exposures at which linear pictures are compared, in stops, equally spaced, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposures {
+    /// The darkest one.
     pub start: f64,
+    /// The brightest one, `start` at least.
     pub stop: f64,
     /// At least 1.
     pub count: u32,
@@ -47,7 +49,9 @@ pub struct Exposures {
 /// The FLIP error of every pixel, top row first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ErrorMap {
+    /// Pixels of a row.
     pub width: u32,
+    /// Rows.
     pub height: u32,
     /// From 0 (looks the same) to 1.
     pub errors: Vec<f32>,
@@ -61,6 +65,7 @@ impl ErrorMap {
         sum / self.errors.len().max(1) as f64
     }
 
+    /// The largest error of any pixel; 0 of no pixels.
     pub fn largest(&self) -> f32 {
         self.errors.iter().copied().fold(0.0, f32::max)
     }

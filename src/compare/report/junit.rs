@@ -9,6 +9,7 @@ use super::escaped;
 pub struct JunitCase {
     /// What it belongs to: the name of its entry.
     pub suite: String,
+    /// What was tested.
     pub name: String,
     /// Why it failed, in one line; `None` if it passed.
     pub failure: Option<String>,

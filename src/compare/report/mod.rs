@@ -24,12 +24,15 @@ const SCRIPT: &str = include_str!("page.js");
 /// A page about pairs of pictures.
 #[derive(Clone, Debug, Default)]
 pub struct ReportPage {
+    /// The page's heading.
     pub title: String,
+    /// What came of it, in a sentence.
     pub summary: String,
     /// What the first and the second picture of a pair are called.
     pub names: [&'static str; 2],
     /// The command that accepts pictures once `--accept PATTERN` is added; without it nothing can be ticked.
     pub command: Option<String>,
+    /// Every pair that is to be seen, the worst first.
     pub items: Vec<ReportItem>,
 }
 
@@ -44,9 +47,11 @@ pub struct ReportItem {
     pub lines: Vec<String>,
     /// Text that keeps its lines, such as the mistakes of a frame that was not rendered.
     pub message: Option<String>,
+    /// How what the frame is made from has changed, as far as both pictures tell.
     pub why: Vec<SceneChange>,
     /// Where the two pictures lie.
     pub files: [Option<String>; 2],
+    /// Whether there is a new picture that could take the place of the old one.
     pub is_acceptable: bool,
     /// Its pictures, as the viewer takes them; [`ReportItem::with_pictures`] puts them here.
     pub views: Vec<Value>,

@@ -38,6 +38,7 @@ pub struct MeshData {
 /// Some triangles of a mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FaceSet {
+    /// As the file names it.
     pub name: Text,
     /// Number of the first triangle of each run and of the one behind it, rising.
     pub runs: Vec<[u32; 2]>,
@@ -64,6 +65,7 @@ impl FaceSet {
 pub struct Piece {
     /// The material that the file names for them; `None` for that of the entity.
     pub material: Option<Text>,
+    /// The geometry of the file.
     pub data: Arc<MeshData>,
     /// Whether they are shaded by [`MeshData::shading_normals`].
     pub smooth: bool,
@@ -118,6 +120,8 @@ impl MeshData {
     /// Stands for missing texture coordinates; a number, so that equal meshes are equal.
     pub const NO_UV: Vec2 = Vec2::INFINITY;
 
+    /// A mesh without texture coordinates and colours. `vertices` and `normals` (as many, unit, or none) are in the
+    /// space of the mesh; triangles name three vertices each, counter-clockwise as seen from the front.
     pub fn new(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, normals: Vec<Vec3>) -> Self {
         MeshData { vertices, triangles, normals, ..MeshData::default() }
     }

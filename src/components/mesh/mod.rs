@@ -43,6 +43,7 @@ pub struct Mesh {
     /// Whether faces wear the materials that the file names for them. Others, and all without it, wear the `material` of
     /// the entity.
     pub file_materials: bool,
+    /// What was read, shared by all entities of one file.
     pub data: Arc<MeshData>,
 }
 
@@ -61,6 +62,7 @@ impl Default for Mesh {
 }
 
 impl Mesh {
+    /// The fields that a scene may give.
     pub const FIELDS: &'static [&'static str] = &[
         "file",
         "frame",

@@ -15,6 +15,7 @@ use crate::components::Text;
 pub enum Pieces {
     /// The mesh as it is.
     Whole(Piece),
+    /// The parts that materials divide it into.
     Parts(Arc<[Piece]>),
 }
 

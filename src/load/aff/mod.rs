@@ -39,9 +39,13 @@ const CAMERA: &str = "camera";
 pub struct AffShow {
     /// Seconds of the first and the last frame.
     pub time: [f64; 2],
+    /// Frames of the whole animation, 1 at least.
     pub frames: u32,
+    /// Colour of rays that meet nothing, linear.
     pub background: DVec3,
+    /// Width and height in pixels, if the file says so.
     pub size: Option<[u32; 2]>,
+    /// Whether the file has a camera.
     pub has_view: bool,
 }
 

@@ -27,6 +27,7 @@ pub struct Document {
     base: Folder,
     /// Folder that its files are relative to, as seen from `base`.
     inner: PathBuf,
+    /// The whole of its JSON.
     pub root: RootJson,
     /// The JSON, for the places of mistakes in a file that a person can open; `None` for a .glb.
     text: Option<String>,

@@ -31,6 +31,7 @@ const EXTENSIONS: [&str; 3] = ["obj", "ply", "stl"];
 
 /// A mesh file that was read.
 pub struct Loaded {
+    /// The geometry.
     pub data: MeshData,
     /// Materials that it brings; files that they name are relative to the scene.
     materials: Vec<Brought>,

@@ -27,7 +27,9 @@ struct TilePart {
 /// A frame that was joined.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MergedPicture {
+    /// The whole file.
     pub bytes: Vec<u8>,
+    /// Width and height of the whole frame in pixels.
     pub size: [u32; 2],
     /// Whether its parts say which frame they are parts of, so that the file is known as that frame.
     pub is_known: bool,

@@ -17,13 +17,17 @@ use super::spec::{FilmEncoder, FilmFormat, FilmOptions, FilmSpec, VideoCodec, li
 use crate::base::diagnostics::{Cause, Diagnostic};
 
 impl VideoCodec {
+    /// Every codec, in the order of [`Self::NAMES`].
     pub const ALL: [VideoCodec; 4] = [VideoCodec::H264, VideoCodec::H265, VideoCodec::Vp9, VideoCodec::Prores];
+    /// Their names as options take them.
     pub const NAMES: [&str; 4] = ["h264", "h265", "vp9", "prores"];
 
+    /// The codec of a name, whatever its case.
     pub fn parse(name: &str) -> Option<VideoCodec> {
         Self::NAMES.iter().position(|known| known.eq_ignore_ascii_case(name)).map(|i| Self::ALL[i])
     }
 
+    /// Its name as options take it.
     pub fn name(self) -> &'static str {
         Self::NAMES[self as usize]
     }
@@ -48,6 +52,7 @@ impl VideoCodec {
         }
     }
 
+    /// Whether it can keep transparency.
     pub fn holds_alpha(self) -> bool {
         matches!(self, VideoCodec::Vp9 | VideoCodec::Prores)
     }

@@ -15,35 +15,46 @@ use crate::film::DisplayTransform;
 /// A picture of sRGB values with straight (not premultiplied) alpha, top row first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmFrame {
+    /// Pixels of a row.
     pub width: u32,
+    /// Rows.
     pub height: u32,
+    /// Row by row from the top: red, green, blue, alpha.
     pub pixels: FramePixels,
 }
 
 /// Pixels in the depth that their file had.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FramePixels {
+    /// Of 8 bits a channel.
     Bytes(Vec<[u8; 4]>),
+    /// Of 16 bits a channel.
     Words(Vec<[u16; 4]>),
 }
 
 /// What a frame's file says before its pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameHead {
+    /// Width and height in pixels.
     pub size: [u32; 2],
     /// Pixels may let something through.
     pub alpha: bool,
     /// More than 8 bits a channel.
     pub deep: bool,
+    /// What the file says of its making.
     pub metadata: Metadata,
 }
 
 /// A part of a frame, in pixels from its upper left corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameRect {
+    /// Pixels left of it.
     pub x: u32,
+    /// Rows above it.
     pub y: u32,
+    /// Pixels of a row of it.
     pub width: u32,
+    /// Its rows.
     pub height: u32,
 }
 

@@ -18,9 +18,13 @@ use crate::base::diagnostics::Diagnostic;
 pub struct FilmInfo {
     /// The format's common name.
     pub format: &'static str,
+    /// Width and height in pixels.
     pub size: [u32; 2],
+    /// How many there are.
     pub frames: u64,
+    /// How long it plays once.
     pub seconds: f64,
+    /// What it says of its making.
     pub metadata: Metadata,
 }
 

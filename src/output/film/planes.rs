@@ -21,6 +21,7 @@ pub enum Chroma {
 /// How the pixels of a film are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlaneFormat {
+    /// How many values of colour there are.
     pub chroma: Chroma,
     /// 8 or 10 bits.
     pub bits: u32,
@@ -35,6 +36,7 @@ impl PlaneFormat {
     /// Names as ffmpeg has them, without alpha.
     pub const NAMES: [&str; 6] = ["yuv420p", "yuv422p", "yuv444p", "yuv420p10", "yuv422p10", "yuv444p10"];
 
+    /// The format of a name of [`Self::NAMES`]; `le` may follow it.
     pub fn parse(name: &str) -> Option<PlaneFormat> {
         let plain = name.strip_suffix("le").unwrap_or(name);
         let index = Self::NAMES.iter().position(|known| *known == plain)?;
@@ -49,6 +51,7 @@ impl PlaneFormat {
         format!("yuv{alpha}{}p{bits}", self.chroma_digits())
     }
 
+    /// Colour as ffmpeg's names have it: `420`, `422` or `444`.
     pub fn chroma_digits(self) -> &'static str {
         match self.chroma {
             Chroma::Quarter => "420",

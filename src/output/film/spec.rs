@@ -13,16 +13,24 @@ pub use crate::output::exr::header::text_of as lines_of;
 /// Kinds of films, known by the ending of their name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FilmFormat {
+    /// PNG that moves: lossless, in browsers.
     Apng,
+    /// 256 colours a frame, everywhere.
     Gif,
+    /// Lossless here, in browsers.
     Webp,
+    /// Raw planes, for other programs.
     Y4m,
+    /// MPEG-4, by ffmpeg.
     Mp4,
+    /// WebM, by ffmpeg.
     Webm,
+    /// QuickTime, by ffmpeg.
     Mov,
 }
 
 impl FilmFormat {
+    /// Every format.
     pub const ALL: [FilmFormat; 7] = [
         FilmFormat::Apng,
         FilmFormat::Gif,
@@ -33,6 +41,7 @@ impl FilmFormat {
         FilmFormat::Mov,
     ];
 
+    /// The format that the ending of a name says, whatever its case.
     pub fn of_path(path: &Path) -> Option<FilmFormat> {
         let ending = path.extension()?.to_string_lossy().to_lowercase();
         Self::ALL.into_iter().find(|format| format.ending() == ending)
@@ -81,16 +90,22 @@ impl FilmFormat {
 /// How pictures are compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VideoCodec {
+    /// AVC, by libx264.
     H264,
+    /// HEVC, by libx265.
     H265,
+    /// VP9, by libvpx.
     Vp9,
+    /// Apple ProRes 4444 or 422 HQ, for editing.
     Prores,
 }
 
 /// What is known of a film before its first frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmSpec {
+    /// Width and height in pixels.
     pub size: [u32; 2],
+    /// Frames a second.
     pub rate: Rate,
     /// How many frames are expected; fewer may come.
     pub frames: u64,
@@ -100,6 +115,7 @@ pub struct FilmSpec {
     pub deep: bool,
     /// How often it is played; 0 for ever.
     pub plays: u32,
+    /// What the film says of its making.
     pub metadata: Metadata,
 }
 
@@ -108,18 +124,24 @@ pub struct FilmSpec {
 pub enum PaletteChoice {
     /// Shared unless colours lose too much by it.
     Auto,
+    /// One of 256 colours for all frames.
     Shared,
+    /// One of 256 colours for each frame.
     PerFrame,
 }
 
 /// What the user can choose about the encoding; what does not concern a format has no effect on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FilmOptions {
+    /// How colours of a GIF are chosen.
     pub palette: PaletteChoice,
+    /// Whether colours that a GIF does not have are mixed from those beside them.
     pub dither: bool,
+    /// How MP4, WebM and MOV are compressed; what suits the format where it is not given.
     pub codec: Option<VideoCodec>,
     /// Constant rate factor, 0 to 63: lower is better and larger.
     pub crf: Option<u32>,
+    /// How pixels are stored in Y4M, MP4, WebM and MOV; what suits the codec where it is not given.
     pub planes: Option<PlaneFormat>,
 }
 

@@ -9,14 +9,18 @@ use crate::base::{font, limits};
 
 /// A picture and what is written below it.
 pub struct SheetTile {
+    /// The picture, of any size.
     pub picture: FilmFrame,
+    /// A line of text; nothing is written where it is empty.
     pub label: String,
 }
 
 /// How a sheet is laid out, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SheetLayout {
+    /// Tiles of a row.
     pub columns: u32,
+    /// Rows of tiles.
     pub rows: u32,
     /// Of the pictures as they are shown.
     pub tile: [u32; 2],

@@ -49,8 +49,11 @@ pub struct Opening {
 
 /// A script that is open.
 pub struct Opened {
+    /// What the script says of itself.
     pub header: Header,
+    /// Whether it has a function `setup`.
     pub has_setup: bool,
+    /// Where the script names its scene.
     pub place_of_scene: Place,
 }
 

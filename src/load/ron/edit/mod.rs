@@ -14,6 +14,7 @@ use crate::load::spans::{self, Step, SyntaxNode};
 /// A value for a place in a scene, as a person writes it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Assignment {
+    /// Where the value stands, as in `camera.focus_distance` or `entities[3].sphere.radius`.
     pub path: String,
     /// RON; the quotes of a text may be left out, and a colour may be `#ff8800`, as the screen shows it.
     pub value: String,
@@ -42,11 +43,13 @@ impl Assignment {
 /// What an assignment did to a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ValueChange {
+    /// Where the value stands, as in the assignment.
     pub path: String,
     /// Where the value stands in the text as it is now.
     pub place: Place,
     /// What stood there; `None` if nothing did.
     pub before: Option<String>,
+    /// What stands there now.
     pub after: String,
 }
 

@@ -62,6 +62,7 @@ impl PaletteFinder {
         choice != PaletteChoice::PerFrame
     }
 
+    /// Counts the colours of one more frame of the film.
     pub fn add(&mut self, frame: &FilmFrame) {
         let pixels = frame.bytes();
         let colors = || shown(pixels.iter());
