@@ -113,7 +113,7 @@ fn stepping(shot: &Shot, count: u32) -> Option<Diagnostic> {
     let Moved(part) = *steps?.first()?;
     let what = match part {
         ScenePart::Entity(index) => shot.input.program.as_ref()?.1.entities.get(index)?.label(index),
-        _ => "the camera".into(),
+        ScenePart::Camera | ScenePart::Render | ScenePart::Material(_) => "the camera".into(),
     };
     let message =
         format!("{what} moves from frame to frame and stands still while the shutter is open: it is not blurred");
@@ -130,16 +130,16 @@ struct Moved(ScenePart);
 /// What stands elsewhere under one list of edits than under another.
 fn differing(from: &[Edit], to: &[Edit]) -> Vec<Moved> {
     let places = |edits: &[Edit]| -> FxHashMap<usize, Transform> {
-        let place = |edit: &Edit| match edit {
-            Edit::Put { entity, component: Component::Transform(transform) } => Some((*entity, transform.clone())),
-            _ => None,
+        let place = |edit: &Edit| {
+            let Edit::Put { entity, component: Component::Transform(transform) } = edit else { return None };
+            Some((*entity, transform.clone()))
         };
         edits.iter().filter_map(place).collect()
     };
     let view = |edits: &[Edit]| {
-        let view = |edit: &Edit| match edit {
-            Edit::Camera(camera) => Some([camera.from, camera.at, camera.up]),
-            _ => None,
+        let view = |edit: &Edit| {
+            let Edit::Camera(camera) = edit else { return None };
+            Some([camera.from, camera.at, camera.up])
         };
         edits.iter().rev().find_map(view)
     };
