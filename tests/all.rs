@@ -18,6 +18,8 @@ mod farm;
 mod film;
 #[path = "all/films.rs"]
 mod films;
+#[path = "all/geometry.rs"]
+mod geometry;
 #[path = "all/gltf.rs"]
 mod gltf;
 #[path = "all/gltf_file.rs"]

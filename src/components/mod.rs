@@ -15,6 +15,7 @@ pub mod light;
 pub mod material;
 pub mod mesh;
 pub mod mip_map;
+pub mod modeling;
 pub mod record;
 pub mod render;
 pub mod scene;

@@ -16,6 +16,7 @@ fn type_word(word: &str) -> &'static str {
         word if word.starts_with("list") => "array",
         "vector" | "rotation" => "Vec3",
         "path" => "Path",
+        "mesh" => "Mesh",
         "entity" => "Entity",
         "component" => "Component",
         "camera" => "Camera",

@@ -12,6 +12,7 @@ use super::context::ScriptContext;
 use super::convert::{describe, number, to_dynamic, to_value};
 use super::errors::{Fallible, complain};
 use super::fields::{checked, known_entity, known_material, known_parent, set_field, text, unknown_entity};
+use super::geometry::MeshHandle;
 use super::overlay::{ActiveCamera, Marks, Overlay};
 use super::random::Generator;
 use super::sandbox::allowance;
@@ -31,14 +32,6 @@ pub struct SceneHandle {
     pub(super) time: f64,
     pub(super) constraints: Constraints,
 }
-
-/// The entities of a scene by name: `s.get("hero")`.
-#[derive(Clone)]
-pub struct EntityLookup(pub SceneHandle);
-
-/// The materials of a scene by name: `s.material("brass")`.
-#[derive(Clone)]
-pub struct MaterialLookup(pub SceneHandle);
 
 /// One entity.
 #[derive(Clone)]
@@ -457,6 +450,9 @@ impl EntityHandle {
         if value.is_unit() {
             self.scene.lock().take(self.index, kind);
             return Ok(());
+        }
+        if let Some(mesh) = value.read_lock::<MeshHandle>().filter(|_| kind == Kind::Mesh) {
+            return self.put(mesh.component());
         }
         if let Some(handle) = value.clone().try_cast::<RecordHandle>() {
             if handle.place == RecordPath::Component(self.index, kind) {

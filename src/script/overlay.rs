@@ -287,6 +287,15 @@ impl Overlay {
         index
     }
 
+    /// The entity that was spawned last, taken back.
+    pub fn unspawn(&mut self) -> Option<EntityDesc> {
+        let desc = self.spawned.pop()?;
+        if let Some(name) = &desc.name {
+            self.spawned_names.remove(name);
+        }
+        Some(desc)
+    }
+
     pub fn despawn(&mut self, entity: usize) {
         self.mark(ScenePart::Entity(entity), None);
         self.gone.insert(entity);

@@ -3,8 +3,16 @@
 use ::rhai::{Array, Dynamic, Engine, ImmutableString, Map};
 
 use super::cameras;
-use super::handles::{EntityHandle, EntityLookup, MaterialLookup, RecordHandle, SceneHandle};
+use super::handles::{EntityHandle, RecordHandle, SceneHandle};
 use super::table::{Chapter, Function};
+
+/// The entities of a scene by name: `s.get("hero")`.
+#[derive(Clone)]
+struct EntityLookup(SceneHandle);
+
+/// The materials of a scene by name: `s.material("brass")`.
+#[derive(Clone)]
+struct MaterialLookup(SceneHandle);
 
 fn handles(list: Vec<EntityHandle>) -> Array {
     list.into_iter().map(Dynamic::from).collect()

@@ -36,6 +36,8 @@ pub const CHAPTERS: &[&Chapter] = &[
     &super::easing::CHAPTER,
     &super::interpolate::CHAPTER,
     &super::paths::CHAPTER,
+    &super::geometry::CHAPTER,
+    &super::instances::CHAPTER,
     &super::noise::CHAPTER,
     &super::placing::CHAPTER,
     &super::world::CHAPTER,

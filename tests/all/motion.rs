@@ -261,7 +261,7 @@ fn the_ends_of_a_clip_are_blurred_as_its_middle_is() {
     sandbox.write("ball.ron", ball(3.0, 0.0, "shutter: (-0.25, 0.25)", "samples: 64, shutter_slices: 64")).write(
         "show.rhai",
         "animation(#{ scene: \"ball.ron\", frames: 3 });
-         fn frame(s, f) { s.entities()[0].translation = [2.4 * f.t - 1.2, 0, 0]; }",
+         fn frame(s, f) { let ball = s.entities()[0]; ball.translation = [2.4 * f.t - 1.2, 0, 0]; }",
     );
     sandbox.anim("show.rhai -o out/").ok();
     let middle = columns(&sandbox, 2);
