@@ -186,18 +186,10 @@ impl Component {
 
     /// The colour of the light that it emits, linear, if it is a light.
     pub fn light_color(&self) -> Option<DVec3> {
-        if self.kind().role() != Role::Light {
-            return None;
-        }
-        let record = self.record();
-        let fields = record.fields().iter().zip(record.classes());
-        let factors =
-            fields.filter(|(_, class)| **class == FieldClass::EmittedColor).map(|(field, _)| record.get(field));
-        // A colour, and numbers that it is multiplied by.
-        factors.flatten().try_fold(DVec3::ONE, |product, value| match value.as_number() {
-            Some(factor) => Some(product * factor),
-            None => DVec3::from_value(&value).ok().map(|color| product * color),
-        })
+        let near =
+            PointLight::of(self).map(PointLight::emitted).or_else(|| AreaLight::of(self).map(AreaLight::emitted));
+        let aimed = || SpotLight::of(self).map(SpotLight::emitted);
+        near.or_else(aimed).or_else(|| DirectionalLight::of(self).map(DirectionalLight::emitted))
     }
 }
 

@@ -64,7 +64,7 @@ fn mistakes_in_shapes_are_answered_where_they_are_made() {
     said("extrude([[0, 0], [1, 0], [0, 1]], -1);", "`depth` must be a length from 0, not -1");
     said("rounded_box(1, 0.6);", "at most half of the smallest side, 0.5, not 0.6");
     said("text(\" \");", "there is nothing to write");
-    said("text(\"a\", #{ align: \"centre\" });", "did you mean \"center\"?");
+    said("text(\"a\", #{ align: \"centre\" });", "did you mean `center`?");
     said("tube(3, 1);", "expected a path or a list of points");
     said("tube([[0, 0, 0], [1, 0, 0]], 0);", "`radius` must be a length above 0, not 0");
     said("s.instances(#{ sphere: #{} }, [[0, 0, 0]], #{ scales: [1, 2] });", "`scales` has 2 values for 1 places");

@@ -226,3 +226,28 @@ fn lists_grow_as_long_as_data_is() {
     let dumped = sandbox.anim("dump long.rhai --frame 1").ok().stdout;
     assert!(dumped.contains("fov: 11.0013"), "{dumped}");
 }
+
+/// Whatever a script calls the scene and the frame, and wherever it keeps them.
+#[test]
+fn the_scene_may_have_any_name() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "a.rhai",
+        "animation(#{ frames: 2 });
+         fn build(world) { world.spawn(#{ name: \"a\", sphere: #{} }); world.get(\"a\").yaw = 3; }
+         fn setup(stage) {
+             build(stage);
+             let all = #{ stage: stage };
+             all.stage.get(\"a\").pitch = 4;
+             stage.add_material(\"m\", #{});
+         }
+         fn frame(stage, time) {
+             stage.get(\"a\").translation.y = time.t;
+             stage.material(\"m\").color = [1, 0, 0];
+             stage.camera.fov = 30;
+         }",
+    );
+    let dumped = sandbox.anim("dump a.rhai --frame 2").ok().stdout;
+    assert!(dumped.contains("rotation: (4.0, 3.0, 0.0)") && dumped.contains("translation: (0.0, 1.0, 0.0)"), "{dumped}");
+    assert!(dumped.contains("color: (1.0, 0.0, 0.0)") && dumped.contains("fov: 30.0"), "{dumped}");
+}
