@@ -46,9 +46,7 @@ pub fn pages() -> Value {
 
 /// The shape of a field that is not given unless a scene gives it.
 fn shape_of_kind(kind: &str) -> Value {
-    let numbers = |least: u32, most: u32| {
-        json!({ "type": "array", "items": { "type": "number" }, "minItems": least, "maxItems": most })
-    };
+    let numbers = |least: u32, most: u32| json!({ "type": "array", "items": { "type": "number" }, "minItems": least, "maxItems": most });
     match kind {
         "a number" => json!({ "type": "number" }),
         "a whole number from 0" => json!({ "type": "integer", "minimum": 0 }),

@@ -289,8 +289,8 @@ pub const CHAPTER: Chapter = Chapter {
                 ("depth", "world units, from 0: the face alone"),
                 CREASE,
             ],
-            example: "let plate = extrude([[[0, 0], [2, 0], [2, 1], [0, 1]], [[0.5, 0.3], [1.5, 0.3], [1, 0.8]]], 0.1);\n\
-                      s.spawn(#{ mesh: plate }).bounds.size       // vec3(2, 1, 0.1)",
+            example: "let plate = extrude([[[0, 0], [2, 0], [2, 1], [0, 1]], [[0.5, 0.3], [1.5, 0.3], [1, 0.8]]], 0.25);\n\
+                      s.spawn(#{ mesh: plate }).bounds.size       // vec3(2, 1, 0.25)",
             register: |engine| {
                 with_options!(engine, "extrude", |list: Array, depth: Dynamic| {
                     |list: Array, depth: Dynamic, o: &Map| extrude(&list, &depth, o)
@@ -419,8 +419,8 @@ pub const CHAPTER: Chapter = Chapter {
                      default 1.3; `steps` of a curve, 1 to 64, default 8; `crease_angle` as for `lathe`",
                 ),
             ],
-            example: "let title = s.spawn(#{ mesh: text(\"Hello\", #{ size: 0.5, align: \"center\" }), material: \"brass\" });\n\
-                      title.bounds.size.z       // 0.2",
+            example: "let title = s.spawn(#{ mesh: text(\"Hello\", #{ size: 0.5, depth: 0.25, align: \"center\" }), material: \"brass\" });\n\
+                      title.bounds.size.z       // 0.25",
             register: |engine| {
                 with_options!(engine, "text", |words: ImmutableString| |words: ImmutableString, o: &Map| text(
                     &words, o

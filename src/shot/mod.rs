@@ -15,6 +15,7 @@ mod description;
 mod files;
 pub mod fingerprint;
 pub mod live;
+mod moments;
 mod parts;
 pub mod plan;
 pub mod reuse;

@@ -297,3 +297,23 @@ fn what_moves_by_the_frames_number_is_said_to_be_sharp() {
         assert!(!said.contains("stands still"), "{shutter} {by}: {said}");
     }
 }
+
+/// A small ball that flies past in few moments leaves a smear, and not a row of beads.
+#[test]
+fn what_flies_fast_leaves_no_beads() {
+    let sandbox = Sandbox::new();
+    // Fifteen pixels while the shutter is open, in four moments: a step is longer than the ball is wide.
+    sandbox.write("ball.ron", ball(1.5, 0.0, "shutter: (0.0, 0.5)", "samples: 64, shutter_slices: 4")).write(
+        "show.rhai",
+        "animation(#{ scene: \"ball.ron\", frames: 3 });
+         fn frame(s, f) { let ball = s.entities()[0]; ball.translation = [3.0 * (f.seconds * f.fps - 0.25), 0, 0]; }",
+    );
+    sandbox.anim("show.rhai --frames 1 -o out/").ok();
+    let dark = |x: usize| 255.0 - columns(&sandbox, 1)[x];
+    let (first, last) = (dark(12), dark(34));
+    // Its middle goes from column 16.5 to 31.5.
+    let columns: Vec<f64> = (18..30).map(dark).collect();
+    let mean = columns.iter().sum::<f64>() / columns.len() as f64;
+    assert!(columns.iter().all(|one| (one / mean - 1.0).abs() < 0.3), "{columns:?}");
+    assert!(first < 0.2 * mean && last < 0.2 * mean, "{first} {last} {mean}");
+}

@@ -248,6 +248,9 @@ fn the_scene_may_have_any_name() {
          }",
     );
     let dumped = sandbox.anim("dump a.rhai --frame 2").ok().stdout;
-    assert!(dumped.contains("rotation: (4.0, 3.0, 0.0)") && dumped.contains("translation: (0.0, 1.0, 0.0)"), "{dumped}");
+    assert!(
+        dumped.contains("rotation: (4.0, 3.0, 0.0)") && dumped.contains("translation: (0.0, 1.0, 0.0)"),
+        "{dumped}"
+    );
     assert!(dumped.contains("color: (1.0, 0.0, 0.0)") && dumped.contains("fov: 30.0"), "{dumped}");
 }

@@ -186,7 +186,7 @@ mod tests {
     fn an_iris_fills_its_polygon_evenly() {
         for (blades, angle) in [(3, 0.0), (5, 0.0), (6, 15.0), (8, -40.0)] {
             let iris = Iris::new(blades, angle);
-            const N: usize = 60;
+            const N: usize = 64;
             let points: Vec<[f32; 2]> =
                 (0..N * N).map(|i| iris.point([i % N, i / N].map(|i| (i as f32 + 0.5) / N as f32))).collect();
             // The middle of each side is this far from the center.
