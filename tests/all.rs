@@ -47,6 +47,8 @@ mod preview;
 #[cfg(feature = "preview")]
 #[path = "all/preview_page.rs"]
 mod preview_page;
+#[path = "all/readme.rs"]
+mod readme;
 #[path = "all/region.rs"]
 mod region;
 #[path = "all/reuse.rs"]
@@ -61,6 +63,8 @@ mod testing;
 mod textures;
 #[path = "all/tool.rs"]
 mod tool;
+#[path = "all/touching.rs"]
+mod touching;
 #[path = "all/trust.rs"]
 mod trust;
 #[path = "all/vectors.rs"]

@@ -54,6 +54,11 @@ pub const REUSE_BOUNDS: usize = 512;
 /// Entities that may change in one frame of a reuse window; a frame with more is traced as a whole. The state of each in
 /// every frame takes memory.
 pub const REUSE_CHANGED_ENTITIES: usize = 8_192;
+/// Flat faces among which contacts are looked for: beyond it the search would show in the time of a frame, and scenes of
+/// so many are scanned or scattered, not built of blocks that touch.
+pub const CONTACT_FACES: usize = 100_000;
+/// Pairs of faces in one plane that are tested for an overlap: a floor of a thousand tiles.
+pub const CONTACT_TESTS: usize = 500_000;
 /// Memory in MiB of what is kept from frame to frame, unless the user says otherwise.
 pub const REUSE_MEMORY: u64 = 1_024;
 /// Memory of the pictures that the preview holds: a minute of small frames, or twenty of 4 k.

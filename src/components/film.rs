@@ -13,8 +13,9 @@ choice! {
         Reinhard,
         /// Stephen Hill's fit of the reference and output transforms of ACES 1.0, with its saturating matrices.
         Aces,
-        /// Troy Sobotka's AgX with the sixth-order fit of its base contrast by Benjamin Wrensch: bright colours fade to
-        /// white.
+        /// Troy Sobotka's AgX as Benjamin Wrensch has fitted it: sRGB primaries, a sixth-order polynomial for the base
+        /// contrast, no look. Bright colours fade to white. Blender's AgX has another inset, of Rec. 2020 primaries, and
+        /// tables in place of the polynomial: greys agree within 2 of 255, pure colours do not (a green of 1 by 55).
         AgX,
         /// The Khronos PBR Neutral tone mapper (2024): colours below 0.8 keep hue and saturation, brighter ones are
         /// compressed.

@@ -56,9 +56,14 @@ record! {
         /// Transmittance, 0 (opaque) to 1. Of a `Principled` surface that is no metal, the share of the light let in
         /// that goes through, and is not scattered back.
         pub transmission: f64 = 0.0,
-        /// Index of refraction against the surrounding air; matters when `transmission` is above 0, and to `Dielectric`,
-        /// `Plastic` and `Principled`. Unless given it is 1.5, and 1 for `BlinnPhong`.
+        /// Index of refraction against air, whatever surrounds the body; matters when `transmission` is above 0, and to
+        /// `Dielectric`, `Plastic` and `Principled`. Unless given it is 1.5, and 1 for `BlinnPhong`. A body inside another
+        /// refracts by the ratio of both.
         pub ior: Option<f64> = None,
+        /// Where transparent bodies overlap, the one of highest priority is there and the others are not (Schmidt and
+        /// Budge 2002): give a glass 1 and let the liquid in it, of 0, reach a little into its wall. Of bodies of equal
+        /// priority the one that was entered last is there: a bubble or a drop inside another needs none.
+        pub priority: u32 = 0,
         /// How much of a `Principled` surface is bare metal, 0 to 1.
         pub metallic: f64 = 0.0,
         /// Whether a `Principled` surface is a wall of no thickness: light goes straight through it.

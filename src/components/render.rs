@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::daylight::Daylight;
 use super::film::{Aov, Filter, ToneMap};
 use super::record::ranges::{above, at_least, between, color, coordinate, whole};
 use super::record::{Check, Invalid, choice, record};
@@ -121,13 +122,19 @@ record! {
         /// How linear values become the numbers of a picture file for the screen.
         pub transfer: Transfer = Transfer::Srgb,
 
-        /// Most that a channel of one sample may be, linear; brighter samples are scaled down to it. Takes out fireflies,
-        /// and with them some of the light: the picture is darker than the truth where paths are rare and bright.
+        /// Most that a channel of what one way of indirect light adds to a sample may be, linear; more is scaled down to it.
+        /// Takes out fireflies, and with them some of the light that was scattered twice or more on its way. What the
+        /// camera sees, straight, mirrored or through clear glass, and direct light stay as they are.
         pub clamp: Option<f64> = None => Film,
+        /// As `clamp`, of direct light: from a light by one surface to the camera.
+        pub clamp_direct: Option<f64> = None => Film,
         /// Exposure in stops: 1 doubles what a picture for the screen shows. EXR files hold the values before it.
         pub exposure: f64 = 0.0 => Film,
         /// How linear values of any size become values that a screen can show.
         pub tone_map: ToneMap = ToneMap::Clip => Film,
+        /// Whether pictures of 8 bits are dithered by blue noise: slow gradients then show no bands. It is the same in every
+        /// frame.
+        pub dither: bool = false => Film,
         /// How samples around a pixel's centre count towards it.
         pub filter: Filter = Filter::Box => Film,
         /// Full width of the filter in pixels, along x and y; the filter's usual one when not given: 1 for `Box`, 2 for
@@ -141,14 +148,17 @@ record! {
         pub noise_threshold: Option<f64> = None,
         /// Samples of one round where there is a `noise_threshold`, rounded down to a square.
         pub min_samples: u32 = 16,
-        /// Whether noise is filtered out of the finished picture, by what its pixels show.
+        /// Whether noise is filtered out of the finished picture, by what its pixels show and how two halves of their
+        /// samples differ; two samples a pixel are the least.
         pub denoise: bool = false => Film,
-        /// Factor of `environment` or `sky`, 0 and up.
+        /// Factor of `environment`, `daylight` or `sky`, 0 and up.
         pub environment_intensity: f64 = 1.0 => EmittedColor,
-        /// Degrees about y that `environment` is turned by, counter-clockwise seen from above.
+        /// Degrees about y that `environment` or `daylight` is turned by, counter-clockwise seen from above.
         pub environment_rotation: f64 = 0.0,
         /// A sky where there is no `environment`: colours straight up, at the horizon and straight down, linear.
         pub sky: Option<[DVec3; 3]> = None,
+        /// The sky of a clear day with the sun in it, where there is no `environment`: `(sun: (1, 2, 1), turbidity: 2.5)`.
+        pub daylight: Option<Box<Daylight>> = None,
 
         /// Moments that a frame is made of while the camera's shutter is open, evenly spread over it, each for its share
         /// of every pixel's samples; never more than samples. One moment is the middle of the shutter. Where there are
@@ -189,18 +199,23 @@ impl Render {
 
     /// Whether what the camera's rays meet first is to be remembered.
     pub fn gathers_features(&self) -> bool {
-        self.denoise || self.aovs.iter().any(|aov| *aov != Aov::Variance)
+        self.aovs.iter().any(|aov| *aov != Aov::Variance)
     }
 
     /// Whether the spread of samples is to be measured.
     pub fn gathers_moments(&self) -> bool {
-        self.denoise || self.noise_threshold.is_some() || self.aovs.contains(&Aov::Variance)
+        self.noise_threshold.is_some() || self.aovs.contains(&Aov::Variance)
+    }
+
+    /// Whether something else than a background of one colour lies around the scene.
+    pub fn has_environment(&self) -> bool {
+        self.environment.is_some() || self.sky.is_some() || self.daylight.is_some()
     }
 
     /// The one field of those of class [`EmittedColor`](super::FieldClass::EmittedColor) that the brightness of the surroundings is
     /// proportional to, and its value; the other one does not count.
     pub fn environment_color(&self) -> (&'static str, DVec3) {
-        if self.environment.is_some() || self.sky.is_some() {
+        if self.has_environment() {
             ("environment_intensity", DVec3::splat(self.environment_intensity))
         } else {
             ("background", self.background)
@@ -209,7 +224,7 @@ impl Render {
 
     /// The settings with another value of the field that [`Self::environment_color`] names.
     pub fn with_environment_color(mut self, color: DVec3) -> Self {
-        if self.environment.is_some() || self.sky.is_some() {
+        if self.has_environment() {
             self.environment_intensity = color.x;
         } else {
             self.background = color;
@@ -235,8 +250,8 @@ impl Render {
     }
 
     fn check_film(&self) -> Result<(), Invalid> {
-        if let Some(clamp) = self.clamp {
-            above("clamp", clamp, 0.0)?;
+        for (field, clamp) in [("clamp", self.clamp), ("clamp_direct", self.clamp_direct)] {
+            clamp.map_or(Ok(()), |clamp| above(field, clamp, 0.0))?;
         }
         between("exposure", self.exposure, -limits::EXPOSURE, limits::EXPOSURE)?;
         between("filter_width", self.filter_width(), 0.01, limits::FILTER_WIDTH)?;
@@ -310,6 +325,9 @@ impl Check for Render {
         at_least("environment_intensity", self.environment_intensity, 0.0)?;
         coordinate("environment_rotation", self.environment_rotation)?;
         self.sky.iter().flatten().try_for_each(|c| color("sky", *c))?;
+        if let Some(Err(invalid)) = self.daylight.as_ref().map(|daylight| daylight.check()) {
+            return Err(Invalid { field: "daylight", ..invalid });
+        }
         self.check_film()
     }
 }

@@ -4,10 +4,11 @@
 
 use glam::Vec3;
 
+use super::denoise::{DenoisePixel, DenoiseSum, SeenFeature};
 use super::layers::{Feature, FeatureSum};
 use crate::base::color::luminance;
 
-/// Largest value of a channel of a sample where no clamp is set: sums of as many as there can be stay inside `f32`.
+/// Largest value of a channel of a sample: sums of as many as there can be stay inside `f32`.
 const LARGEST: f32 = 1e30;
 
 /// Sums over the samples of one pixel.
@@ -23,14 +24,14 @@ struct PixelSum {
 /// What is accumulated, beside what every picture needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccumulatorOptions {
-    /// Most that a channel of a sample may be.
-    pub clamp: Option<f32>,
     /// Whether weights have signs, and so differ.
     pub signed: bool,
     /// Whether the variance of the samples is wanted.
     pub moments: bool,
     /// Whether what the camera's rays met first is wanted.
     pub features: bool,
+    /// Whether samples are wanted in two halves, for denoising.
+    pub halves: bool,
 }
 
 /// Sums over the samples of the pixels of a tile.
@@ -41,26 +42,28 @@ pub struct PixelAccumulator {
     moments: Vec<[f64; 2]>,
     /// Empty unless wanted.
     features: Vec<FeatureSum>,
+    /// Empty unless wanted.
+    halves: Vec<DenoiseSum>,
     signed: bool,
-    clamp: f32,
 }
 
 impl PixelAccumulator {
     /// An accumulator for so many pixels, without samples.
     pub fn new(pixels: usize, options: AccumulatorOptions) -> Self {
-        let AccumulatorOptions { clamp, signed, moments, features } = options;
+        let AccumulatorOptions { signed, moments, features, halves } = options;
         PixelAccumulator {
             sums: vec![PixelSum::default(); pixels],
             moments: vec![[0.0; 2]; if moments { pixels } else { 0 }],
             features: vec![FeatureSum::default(); if features { pixels } else { 0 }],
+            halves: vec![DenoiseSum::default(); if halves { pixels } else { 0 }],
             signed,
-            clamp: clamp.unwrap_or(LARGEST).min(LARGEST),
         }
     }
 
     /// Memory that it takes.
     pub fn bytes(&self) -> usize {
-        size_of_val(&*self.sums) + size_of_val(&*self.moments) + size_of_val(&*self.features)
+        let sums = size_of_val(&*self.sums) + size_of_val(&*self.moments);
+        sums + size_of_val(&*self.features) + size_of_val(&*self.halves)
     }
 
     /// Takes all samples of a pixel back.
@@ -72,12 +75,15 @@ impl PixelAccumulator {
         if let Some(sum) = self.features.get_mut(pixel) {
             *sum = FeatureSum::default();
         }
+        if let Some(sum) = self.halves.get_mut(pixel) {
+            *sum = DenoiseSum::default();
+        }
     }
 
     /// Adds a sample to a pixel. A colour that is no number, or infinite, counts as black.
     #[inline]
     pub fn add(&mut self, pixel: usize, color: Vec3, weight: f32) {
-        let color = clamped(color, self.clamp);
+        let color = bounded(color);
         let sum = &mut self.sums[pixel];
         sum.count += 1;
         sum.color += color;
@@ -94,7 +100,29 @@ impl PixelAccumulator {
 
     /// Adds what a sample met first, if that is wanted; see [`FeatureSum::add`].
     pub fn add_feature(&mut self, pixel: usize, feature: Option<&Feature>, off_center: f32) {
-        self.features[pixel].add(feature, off_center);
+        if let Some(sum) = self.features.get_mut(pixel) {
+            sum.add(feature, off_center);
+        }
+    }
+
+    /// Adds a sample to its half, if halves are wanted: its colour and weight, what it met first, and what it shows.
+    pub fn add_half(
+        &mut self,
+        pixel: usize,
+        second: bool,
+        (color, weight): (Vec3, f32),
+        first: Option<&Feature>,
+        seen: &SeenFeature,
+    ) {
+        if let Some(sum) = self.halves.get_mut(pixel) {
+            let first = first.map(|first| (first.albedo, first.depth));
+            sum.add(second, bounded(color), weight, first, seen);
+        }
+    }
+
+    /// The samples of a pixel in two halves, if they are wanted; of no samples where a half has none.
+    pub fn halves(&self, pixel: usize) -> Option<DenoisePixel> {
+        self.halves.get(pixel).map(|sum| sum.resolve().unwrap_or_default())
     }
 
     /// What the samples of a pixel met first, if that is wanted.
@@ -128,14 +156,14 @@ impl PixelAccumulator {
     }
 }
 
-/// The colour with its largest channel brought down to `most`, so that its hue stays.
+/// The colour with its largest channel brought down to what sums can hold, so that its hue stays.
 #[inline]
-fn clamped(color: Vec3, most: f32) -> Vec3 {
+fn bounded(color: Vec3) -> Vec3 {
     if !color.is_finite() {
         return Vec3::ZERO;
     }
     let largest = color.max_element();
-    if largest > most { color * (most / largest) } else { color }
+    if largest > LARGEST { color * (LARGEST / largest) } else { color }
 }
 
 #[cfg(test)]
@@ -143,7 +171,7 @@ mod tests {
     use super::*;
 
     const PLAIN: AccumulatorOptions =
-        AccumulatorOptions { clamp: None, signed: false, moments: false, features: false };
+        AccumulatorOptions { signed: false, moments: false, features: false, halves: false };
 
     #[test]
     fn the_spread_is_that_of_the_samples() {
@@ -165,13 +193,6 @@ mod tests {
         assert_eq!(accumulator.color(1), [0.0; 3]);
         (0..65_536).for_each(|_| accumulator.add(1, Vec3::splat(f32::MAX), 1.0));
         assert!(accumulator.color(1)[0].is_finite());
-    }
-
-    #[test]
-    fn a_clamp_keeps_hue() {
-        let mut accumulator = PixelAccumulator::new(1, AccumulatorOptions { clamp: Some(2.0), ..PLAIN });
-        accumulator.add(0, Vec3::new(8.0, 4.0, 1.0), 1.0);
-        assert_eq!(accumulator.color(0), [2.0, 1.0, 0.25]);
     }
 
     #[test]

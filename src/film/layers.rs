@@ -2,7 +2,8 @@
 
 use glam::{Vec2, Vec3};
 
-use super::PixelBounds;
+use super::bounds::PixelBounds;
+use super::denoise::DenoisePixel;
 
 /// Depth of a pixel that nothing stands in, as other renderers write it.
 pub const NOTHING: f32 = 1e10;
@@ -111,6 +112,8 @@ pub struct Layers {
     pub motion: Vec<[f32; 2]>,
     /// Variance of the pixel's luminance: that of its samples over their number. Strata make the truth smaller.
     pub variance: Vec<f32>,
+    /// What the film is denoised by; empty unless that is wanted, and afterwards.
+    pub halves: Vec<DenoisePixel>,
 }
 
 impl Layers {
@@ -128,7 +131,7 @@ impl Layers {
 
     /// Those of a part of the pixels that they are of.
     pub fn cropped(&self, bounds: PixelBounds, part: PixelBounds) -> Layers {
-        let Layers { coverage, depth, position, normal, albedo, entity, material, motion, variance } = self;
+        let Layers { coverage, depth, position, normal, albedo, entity, material, motion, variance, halves } = self;
         Layers {
             coverage: bounds.crop(coverage, part),
             depth: bounds.crop(depth, part),
@@ -139,12 +142,13 @@ impl Layers {
             material: bounds.crop(material, part),
             motion: bounds.crop(motion, part),
             variance: bounds.crop(variance, part),
+            halves: bounds.crop(halves, part),
         }
     }
 
     /// Adds those of the pixels that follow.
     pub fn append(&mut self, others: Layers) {
-        let Layers { coverage, depth, position, normal, albedo, entity, material, motion, variance } = others;
+        let Layers { coverage, depth, position, normal, albedo, entity, material, motion, variance, halves } = others;
         self.coverage.extend(coverage);
         self.depth.extend(depth);
         self.position.extend(position);
@@ -154,6 +158,7 @@ impl Layers {
         self.material.extend(material);
         self.motion.extend(motion);
         self.variance.extend(variance);
+        self.halves.extend(halves);
     }
 
     /// Sets what the samples of a pixel add up to.

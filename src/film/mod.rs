@@ -8,6 +8,7 @@
 pub mod accumulator;
 pub mod bounds;
 mod denoise;
+mod dither;
 pub mod filter;
 pub mod layers;
 pub mod rows;
@@ -15,7 +16,7 @@ pub mod tone;
 
 pub use accumulator::{AccumulatorOptions, PixelAccumulator};
 pub use bounds::PixelBounds;
-pub use denoise::{DENOISE_REACH, denoise};
+pub use denoise::{DENOISE_REACH, DenoisePixel, SeenFeature, denoise};
 pub use filter::FilterTable;
 pub use layers::{Feature, Layers};
 pub use rows::RowDenoiser;
@@ -32,19 +33,22 @@ pub struct Film {
     pub pixels: Vec<[f32; 3]>,
     /// What the pixels show, as far as it was asked for.
     pub layers: Layers,
+    /// Where the first pixel lies in its frame, of which the film may be a part.
+    pub origin: [u32; 2],
 }
 
 impl Film {
     /// A black film without layers.
     pub fn new(width: u32, height: u32) -> Self {
         let pixels = vec![[0.0; 3]; width as usize * height as usize];
-        Film { width, height, pixels, layers: Layers::default() }
+        Film { width, height, pixels, layers: Layers::default(), origin: [0; 2] }
     }
 
     /// The part of a film that covers `bounds` of a frame.
     pub fn cropped(&self, bounds: PixelBounds, part: PixelBounds) -> Film {
         let [width, height] = part.size;
-        Film { width, height, pixels: bounds.crop(&self.pixels, part), layers: self.layers.cropped(bounds, part) }
+        let (pixels, layers) = (bounds.crop(&self.pixels, part), self.layers.cropped(bounds, part));
+        Film { width, height, pixels, layers, origin: part.origin }
     }
 
     /// Adds rows of the same width and with the same layers below.
@@ -54,8 +58,17 @@ impl Film {
         self.layers.append(rows.layers);
     }
 
-    /// RGB bytes, three per pixel, rounded to nearest.
+    /// RGB bytes, three per pixel, rounded to nearest or dithered.
     pub fn to_rgb8(&self, display: DisplayTransform) -> Vec<u8> {
+        if display.dithers() {
+            let (width, [left, top]) = (self.width.max(1) as usize, self.origin.map(|at| at as usize));
+            let dithered = |(i, color): (usize, &[f32; 3])| {
+                let (x, y) = (left + i % width, top + i / width);
+                let exposed = display.expose(*color);
+                [0, 1, 2].map(|k| display.dithered_byte(exposed[k], dither::threshold(x, y, k)))
+            };
+            return self.pixels.iter().enumerate().flat_map(dithered).collect();
+        }
         self.pixels.iter().flat_map(|color| display.expose(*color).map(|x| display.byte(x))).collect()
     }
 
@@ -78,5 +91,19 @@ mod tests {
         assert_eq!(film.to_rgb8(display(Transfer::Linear)), [0, 128, 255, 0, 1, 255]);
         assert_eq!(film.to_rgb8(display(Transfer::Srgb)), [0, 188, 255, 0, 13, 255]);
         assert_eq!(film.to_rgb16(display(Transfer::Linear))[1], 32768);
+    }
+
+    #[test]
+    fn a_dithered_gradient_keeps_its_mean_and_what_is_a_code_stays() {
+        let render = Render { dither: true, transfer: Transfer::Linear, ..Render::default() };
+        let grey = |x: f32| Film { pixels: vec![[x / 255.0; 3]; 4096], ..Film::new(64, 64) };
+        for x in [0.0, 17.0, 255.0] {
+            assert!(grey(x).to_rgb8(DisplayTransform::new(&render)).iter().all(|byte| *byte == x as u8));
+        }
+        for x in [0.25, 100.5, 254.9] {
+            let bytes = grey(x).to_rgb8(DisplayTransform::new(&render));
+            let mean = bytes.iter().map(|byte| f32::from(*byte)).sum::<f32>() / bytes.len() as f32;
+            assert!((mean - x).abs() < 1e-3, "{x} {mean}");
+        }
     }
 }

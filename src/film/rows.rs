@@ -36,12 +36,12 @@ impl RowDenoiser {
             self.kept = Some((known, film));
             return None;
         }
-        let as_they_came = film.pixels.clone();
+        let as_they_came = (film.pixels.clone(), film.layers.halves.clone());
         denoise(&mut film);
         let ready = rows_of(self.next, done);
         let filtered = film.cropped(known, ready);
         if !is_last {
-            film.pixels = as_they_came;
+            (film.pixels, film.layers.halves) = as_they_came;
             let kept = rows_of(done.saturating_sub(DENOISE_REACH).max(known.origin[1]), end);
             self.kept = Some((kept, film.cropped(known, kept)));
         }
@@ -52,8 +52,11 @@ impl RowDenoiser {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
     use crate::base::random::{combine, unit_f32};
+    use crate::film::denoise::{DenoisePixel, HalfPixel};
 
     #[test]
     fn bands_are_filtered_as_the_whole_is() {
@@ -62,12 +65,21 @@ mod tests {
         let count = whole.pixels.len();
         whole.layers.make_room_for_features(count);
         whole.layers.variance = vec![0.08; count];
+        whole.layers.halves = vec![DenoisePixel::default(); count];
         for i in 0..count {
             let noise = |dimension| unit_f32(combine(dimension, i as u64));
             whole.pixels[i] = [noise(1), noise(2), noise(3)];
             whole.layers.depth[i] = 5.0 + noise(4);
             whole.layers.albedo[i] = [0.5; 3];
             whole.layers.coverage[i] = 1.0;
+            let half = |first: u64| HalfPixel {
+                color: Vec3::new(noise(first), noise(first + 1), noise(first + 2)),
+                albedo: Vec3::splat(0.5),
+                disparity: 0.2 + 0.02 * noise(first + 3),
+                ..HalfPixel::default()
+            };
+            let halves = [half(10), half(20)];
+            whole.layers.halves[i] = DenoisePixel { halves, variance: Vec3::splat(0.08), samples: 16.0 };
         }
         let frame = PixelBounds::whole(size);
         for height in [16, 64, 112, 240] {
@@ -84,6 +96,7 @@ mod tests {
             }
             let mut expected = whole.clone();
             denoise(&mut expected);
+            assert!(expected.pixels != whole.pixels);
             assert!(found == Some(expected), "{height}");
         }
     }

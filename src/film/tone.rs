@@ -12,6 +12,7 @@ pub struct DisplayTransform {
     gain: f32,
     tone_map: ToneMap,
     transfer: Transfer,
+    dither: bool,
 }
 
 /// Values above this look the same on every curve, and their squares stay inside `f32`.
@@ -21,7 +22,7 @@ impl DisplayTransform {
     /// The transform that the settings ask for.
     pub fn new(render: &Render) -> Self {
         let gain = libm::exp2(render.exposure) as f32;
-        DisplayTransform { gain, tone_map: render.tone_map, transfer: render.transfer }
+        DisplayTransform { gain, tone_map: render.tone_map, transfer: render.transfer, dither: render.dither }
     }
 
     /// The linear value to show, mostly in 0..1; what lies outside is cut off when it is encoded.
@@ -42,6 +43,19 @@ impl DisplayTransform {
             Transfer::Srgb => srgb_byte(x),
             Transfer::Linear => (self.encode(x) * 255.0 + 0.5) as u8,
         }
+    }
+
+    /// Whether pictures of 8 bits are dithered.
+    pub fn dithers(&self) -> bool {
+        self.dither
+    }
+
+    /// A channel of 8 bits, from an exposed value: the code above what lies above the threshold between two codes.
+    pub fn dithered_byte(&self, x: f32, threshold: f32) -> u8 {
+        let code = self.encode(x) * 255.0;
+        // What is a code but for rounding stays one.
+        let nearest = (code + 0.5) as u8;
+        if (code - f32::from(nearest)).abs() < 1e-4 { nearest } else { (code + threshold) as u8 }
     }
 
     /// A channel of 16 bits, from an exposed value.

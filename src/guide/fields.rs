@@ -52,6 +52,11 @@ fn kind_of(record: &dyn Record, field: &str) -> (String, Vec<String>) {
     let strangers = [Value::Map(vec![("?".into(), Value::Unit)]), Value::Bool(true)];
     for stranger in strangers {
         if let Err(FieldError::Mismatch(mismatch)) = record.probe(field, &stranger) {
+            // A record in the record knows no such stranger.
+            if let Some((_, inner)) = mismatch.message.strip_prefix("unknown field").and_then(|m| m.split_once(" in "))
+            {
+                return (format!("fields of {}", inner.trim_matches('`')), Vec::new());
+            }
             if !mismatch.message.starts_with("expected ") {
                 return ("a file".into(), Vec::new());
             }
@@ -95,6 +100,9 @@ fn example_of(record: &dyn Record, field: &str, default: &Value, kind: &str, cho
     }
     if kind.contains("entity or a point") {
         return "Point(0.2, 1.0, 0.5)".into();
+    }
+    if kind == "fields of daylight" {
+        return "(sun: (1.0, 2.0, 1.0), turbidity: 2.5)".into();
     }
     let first = choices.first().map(|word| Value::Text(word.as_str().into()));
     let number = |x: f64| Value::Number(x);
@@ -152,6 +160,7 @@ pub fn other_records() -> Vec<RecordReference> {
         reference("render", &Render::default()),
         reference("material", &Material::default()),
         reference("texture", &Texture::default()),
+        reference("daylight", &Daylight::default()),
     ]
 }
 

@@ -74,7 +74,7 @@ fn at_script(shot: &Shot, warning: Diagnostic) -> Diagnostic {
 fn is_dark(scene: &Scene) -> bool {
     let render = &scene.render;
     let is_path_traced = matches!(render.integrator, Integrator::Path | Integrator::Photon);
-    let surroundings = render.background != DVec3::ZERO || render.environment.is_some() || render.sky.is_some();
+    let surroundings = render.background != DVec3::ZERO || render.has_environment();
     let emits = |material: &Material| material.emission != DVec3::ZERO;
     let is_lamp =
         |desc: &EntityDesc| Kind::ALL.iter().any(|kind| kind.role() == Role::Light && desc.get(*kind).is_some());
@@ -161,10 +161,16 @@ fn idle_fields(scene: &Scene) -> Vec<(usize, &'static str, String)> {
     for (index, (name, material)) in scene.materials.iter().enumerate() {
         let is_principled = material.model == Model::Principled;
         let is_metal = material.model == Model::Conductor;
+        let lets_through = !matches!(material.model, Model::Lambert | Model::Conductor | Model::Plastic | Model::Unlit);
         let has_facets = !matches!(material.model, Model::BlinnPhong | Model::Lambert | Model::Unlit);
         let idle = [
             ("metallic", material.metallic != usual.metallic && !is_principled, "`Principled`"),
             ("thin", material.thin != usual.thin && !is_principled, "`Principled`"),
+            (
+                "priority",
+                material.priority != usual.priority && !lets_through,
+                "`BlinnPhong`, `Dielectric` and `Principled`",
+            ),
             ("eta", material.eta != usual.eta && !is_metal, "`Conductor`"),
             (
                 "roughness",

@@ -428,7 +428,8 @@ fn is_local(integrator: Integrator) -> bool {
 /// Not if samples are clamped or judged by what all lights together make of them, nor while a shutter is open or motion
 /// is one of the layers.
 fn is_sum(camera: &Camera, render: &Render) -> bool {
-    let is_judged = render.clamp.is_some() || render.gathers_moments() || render.filter.has_negative_lobes();
+    let is_cut = render.clamp.is_some() || render.clamp_direct.is_some();
+    let is_judged = is_cut || render.denoise || render.gathers_moments() || render.filter.has_negative_lobes();
     let is_instant = camera.shutter.y <= camera.shutter.x && !render.aovs.contains(&Aov::Motion);
     is_local(render.integrator) && !is_judged && is_instant
 }

@@ -193,7 +193,7 @@ fn set_material(stage: &mut Stage, index: usize, material: Material) -> Material
     let entity = stage.materials[index];
     let old = stage.world.get::<&Material>(entity).map(|m| (*m).clone()).unwrap_or_default();
     let is_traced_alike = extract::shows_both_sides(&old) == extract::shows_both_sides(&material)
-        && old.is_transparent() == material.is_transparent();
+        && (old.is_transparent(), old.priority) == (material.is_transparent(), material.priority);
     stage.revisions.shapes += u64::from(!is_traced_alike);
     let _ = stage.world.insert_one(entity, material);
     old

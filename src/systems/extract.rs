@@ -9,6 +9,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
+use super::contacts::{ContactNudges, contact_nudges};
 use super::deform::{self, Deformed};
 use super::hierarchy::Placement;
 use super::origin::{relative, render_origin};
@@ -66,16 +67,21 @@ pub(super) struct Extraction<'a> {
     transparent: Vec<bool>,
     /// Each piece of a mesh, held until it is in the columns, and how many live entities use it.
     uses: FxHashMap<*const MeshData, (Arc<MeshData>, u32)>,
+    /// How surfaces that touch are set apart.
+    nudges: ContactNudges,
     pub(super) geometry: Geometry,
 }
 
 /// Where a shape stands, and what goes with it into its primitives.
+#[derive(Clone, Copy)]
 pub(super) struct ShapePlacement {
     entity: u32,
     /// From the shape's local space to the one that is traced.
     pub(super) map: DAffine3,
     material: u32,
     both_sides: bool,
+    /// Whether the shape encloses an inside.
+    closed: bool,
 }
 
 /// A component that is a shape, as primitives of the kernel.
@@ -101,7 +107,12 @@ impl ShapePlacement {
             (false, true) => Sides::Both,
             (false, false) => Sides::Front,
         };
-        Tag { entity: self.entity, material: self.material, sides }
+        Tag { entity: self.entity, material: self.material, sides, closed: self.closed }
+    }
+
+    /// The same of a shape that encloses an inside, or does not.
+    pub(super) fn enclosing(self, closed: bool) -> ShapePlacement {
+        ShapePlacement { closed, ..self }
     }
 
     /// What goes with it, under another map.
@@ -156,7 +167,8 @@ impl<'a> Extraction<'a> {
             }
         }
         let origin = render_origin(stage);
-        Extraction { stage, origin, sides, transparent, uses, geometry: Geometry::default() }
+        let nudges = contact_nudges(stage);
+        Extraction { stage, origin, sides, transparent, uses, nudges, geometry: Geometry::default() }
     }
 
     fn run(mut self) -> Result<Geometry, Diagnostics> {
@@ -190,12 +202,13 @@ impl<'a> Extraction<'a> {
         stage.for_each_in_order::<Parts<T>>(|index, (shape, bent, placement, material)| {
             let (shape, in_world) = shape.bent(bent);
             let map = if in_world { DAffine3::IDENTITY } else { relative(placement, self.origin) };
+            let map = self.nudges.of(index).map_or(map, |nudge| *nudge * map);
             if !shows(stage, index, &map, T::CAN_BE_FLAT)? {
                 return Ok(());
             }
             let material = material.map_or(default_material, |material| material.0);
             let both_sides = self.sides[material as usize];
-            shape.extract(&ShapePlacement { entity: index as u32, map, material, both_sides }, self);
+            shape.extract(&ShapePlacement { entity: index as u32, map, material, both_sides, closed: true }, self);
             if self.geometry.len() > limits::TRIANGLES {
                 return Err(Diagnostic::error(format!("more than {} primitives", limits::TRIANGLES)));
             }

@@ -17,7 +17,9 @@
 mod accelerate;
 mod animate;
 mod collect;
+mod contacts;
 mod deform;
+mod environment;
 mod extract;
 mod hierarchy;
 mod lens;
@@ -37,6 +39,7 @@ mod tiles;
 
 pub use animate::{Undo, animate, undo};
 pub use collect::collect;
+pub use contacts::{ContactNudges, contact_nudges};
 pub use hierarchy::update as update_hierarchy;
 pub use lights::{EmitterId, LightGroups};
 pub use origin::origin_for;

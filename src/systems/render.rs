@@ -11,16 +11,15 @@ use super::lights::LightGroups;
 use super::stage::{DerivedCache, Stage};
 use super::static_camera::{CachedTile, StaticCameraCache};
 use super::tiles::TileGrid;
-use super::{accelerate, extract, hierarchy, lens, lights, origin, textures};
+use super::{accelerate, environment, extract, hierarchy, lens, lights, origin, textures};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::{Integrator, Render};
-use crate::film::{AccumulatorOptions, Film, FilterTable, PixelAccumulator, PixelBounds, denoise};
+use crate::film::{AccumulatorOptions, DenoisePixel, Film, FilterTable, PixelAccumulator, PixelBounds, denoise};
 use crate::trace::counters::Counters;
 use crate::trace::integrator;
 use crate::trace::integrator::photon::{PhotonCache, PhotonPass, ProgressiveState};
 use crate::trace::integrator::{Estimator, SampleSubset};
 use crate::trace::light::Lights;
-use crate::trace::light::environment::{Environment, EnvironmentMap};
 use crate::trace::simd::Width;
 use crate::trace::wavefront::{RenderContext, Settings, Worker, any_has_holes};
 
@@ -138,7 +137,7 @@ impl PartialFrame {
 
 /// What is accumulated beside the colours belongs to the first light group.
 fn options_of(options: AccumulatorOptions, pass: usize) -> AccumulatorOptions {
-    if pass == 0 { options } else { AccumulatorOptions { moments: false, features: false, ..options } }
+    if pass == 0 { options } else { AccumulatorOptions { moments: false, features: false, halves: false, ..options } }
 }
 
 /// The frame that light groups add up to, each but the first times its factor, in their order.
@@ -166,10 +165,10 @@ impl FrameAccumulators {
 
 fn accumulator_options(settings: &Render, signed: bool) -> AccumulatorOptions {
     AccumulatorOptions {
-        clamp: settings.clamp.map(|c| c as f32),
         signed,
         moments: settings.gathers_moments(),
         features: settings.gathers_features(),
+        halves: settings.denoise,
     }
 }
 
@@ -187,8 +186,9 @@ pub fn bytes_of_pixel(settings: &Render, light_groups: usize) -> u64 {
 
 /// Bytes of a pixel of all layers of a film.
 const LAYER_BYTES: u64 = 60;
-/// Bytes of a pixel in the filter that takes out noise: guides, light before and after a pass, and means of two values.
-const DENOISE_BYTES: u64 = 80;
+/// Bytes of a pixel in the filter that takes out noise: what a pixel shows in two halves as it comes, and some 110 planes:
+/// features, light and guides before and after a pass, and four levels to choose from.
+const DENOISE_BYTES: u64 = 560;
 
 /// Renders the World as it stands, all samples at this one moment; `None` if `cancel` was raised.
 ///
@@ -235,7 +235,7 @@ pub fn render_samples(
         partial.stats.seed = settings.seed.unwrap_or_else(|| lens::pose_seed(&camera));
     }
     let resolved = Settings::new(&settings, partial.stats.seed);
-    let environment = environment_of(stage, &settings, resolved.follows_paths())?;
+    let environment = environment::update(stage, &settings, resolved.follows_paths())?;
     let [_, [width, height]] = settings.pixel_bounds();
     let of_picture = partial.band.map_or(1.0, |band| band.count() as f64 / (f64::from(width) * f64::from(height)));
     let (accelerator, is_new) = accelerate::update(stage, share, of_picture, &geometry)?;
@@ -264,6 +264,7 @@ pub fn render_samples(
         environment: environment.as_ref(),
         settings: &resolved,
         holes: any_has_holes(&materials),
+        glass: materials.iter().any(|material| material.is_clear()),
         lanes: Width::detect(),
         filter: &filter,
         width: settings.size[0],
@@ -328,37 +329,6 @@ pub fn forget(stage: &mut Stage) {
 /// A focus on an entity that does not exist or does not lie before the camera.
 pub fn check(stage: &Stage) -> Result<(), Diagnostics> {
     lens::camera_rays(stage, stage.settings().size).map(drop)
-}
-
-/// The environment that the settings ask for, from the file that was loaded for it; what sampling needs of it, if it is
-/// to be `sampled`, is kept with it.
-fn environment_of(stage: &mut Stage, settings: &Render, sampled: bool) -> Result<Option<Environment>, Diagnostics> {
-    let Render { environment_intensity: intensity, environment_rotation: rotation, .. } = *settings;
-    let Some(key) = textures::environment_key(stage) else {
-        let sky = settings.sky.map(|colors| EnvironmentMap::Sky(colors.map(|c| c.as_vec3())));
-        return Ok(sky.map(|source| {
-            let mut sky = Environment::new(source, intensity, rotation);
-            if sampled {
-                sky.prepare();
-            }
-            sky
-        }));
-    };
-    let mut kept = match stage.derived.environment.take() {
-        Some((known, kept)) if known == key => kept.placed(intensity, rotation),
-        _ => {
-            let loaded = stage.files.environment.as_ref().filter(|(known, _)| *known == key);
-            let Some((_, source)) = loaded else {
-                return Err(Diagnostic::bug(format!("the environment `{}` was not loaded", key.0)).into());
-            };
-            Environment::new(source.clone(), intensity, rotation)
-        }
-    };
-    if sampled {
-        kept.prepare();
-    }
-    stage.derived.environment = Some((key, kept.clone()));
-    Ok(Some(kept))
 }
 
 /// A sink while a frame is traced.
@@ -459,13 +429,16 @@ fn tiles(
 /// Means of the samples of all tiles, over all that was traced.
 fn resolve<'a>(grid: TileGrid, options: AccumulatorOptions, tiles: impl Iterator<Item = &'a PixelAccumulator>) -> Film {
     let [width, height] = grid.traced.size;
-    let mut film = Film::new(width, height);
+    let mut film = Film { origin: grid.traced.origin, ..Film::new(width, height) };
     let count = film.pixels.len();
     if options.features {
         film.layers.make_room_for_features(count);
     }
     if options.moments {
         film.layers.variance = vec![0.0; count];
+    }
+    if options.halves {
+        film.layers.halves = vec![DenoisePixel::default(); count];
     }
     for (index, accumulator) in tiles.enumerate() {
         for (i, place) in grid.pixels(index).into_iter().enumerate() {
@@ -476,6 +449,9 @@ fn resolve<'a>(grid: TileGrid, options: AccumulatorOptions, tiles: impl Iterator
             }
             if let Some([_, variance]) = accumulator.spread(i) {
                 film.layers.variance[pixel] = variance.min(f64::from(f32::MAX)) as f32;
+            }
+            if let Some(halves) = accumulator.halves(i) {
+                film.layers.halves[pixel] = halves;
             }
         }
     }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 use rustc_hash::FxHashMap;
 
+use super::contacts::{ContactNudges, contact_nudges};
 use super::deform;
 use super::hierarchy::Placement;
 use super::origin::{relative, render_origin};
@@ -42,8 +43,9 @@ type FeedValue<'a> = &'a mut dyn FnMut(&Value, &mut Hasher);
 /// The reuse bounds of all entities, as the World is now, for windows that outlive the files that the World is made of:
 /// `feed` adds what a named file holds, and a mesh is known by what it holds and how many entities share it.
 pub fn all_reuse_bounds(stage: &Stage, feed: FeedValue) -> Vec<ReuseBounds> {
+    let nudges = contact_nudges(stage);
     let mut all: Vec<ReuseBounds> =
-        (0..stage.entities.len()).map(|index| reuse_bounds_with(stage, index, feed)).collect();
+        (0..stage.entities.len()).map(|index| reuse_bounds_with(stage, &nudges, index, feed)).collect();
     let mut shared: FxHashMap<usize, u64> = FxHashMap::default();
     for object in &all {
         if let ReuseBounds::Bounded { mesh: Some(mesh), .. } = object {
@@ -61,17 +63,21 @@ pub fn all_reuse_bounds(stage: &Stage, feed: FeedValue) -> Vec<ReuseBounds> {
     all
 }
 
-/// The reuse bounds of the entity at an authored index, as the World is now.
-pub fn reuse_bounds(stage: &Stage, index: usize) -> ReuseBounds {
-    reuse_bounds_with(stage, index, &mut |_, _| {})
+/// The reuse bounds of the entity at an authored index, as the World is now; `nudges` are those of the World.
+pub fn reuse_bounds(stage: &Stage, nudges: &ContactNudges, index: usize) -> ReuseBounds {
+    reuse_bounds_with(stage, nudges, index, &mut |_, _| {})
 }
 
-fn reuse_bounds_with(stage: &Stage, index: usize, feed: FeedValue) -> ReuseBounds {
+fn reuse_bounds_with(stage: &Stage, nudges: &ContactNudges, index: usize, feed: FeedValue) -> ReuseBounds {
     let Some(entity) = stage.live(index) else { return ReuseBounds::Nothing };
     let placed = stage.world.get::<&Placement>(entity).ok();
     let placement = relative(placed.as_deref(), render_origin(stage));
     let mut hasher = Hasher::default();
     placement.to_cols_array().into_iter().for_each(|x| hasher.number(x));
+    let placement = nudges.of(index).map_or(placement, |nudge| {
+        nudge.to_cols_array().into_iter().for_each(|x| hasher.number(x));
+        *nudge * placement
+    });
     let (mut place, mut mesh, mut everywhere): (Option<Kdop>, _, _) = (None, None, false);
     // What cannot be bent ends the frame with an error.
     let bent = deform::now(stage, index).ok().flatten();
@@ -95,7 +101,8 @@ fn reuse_bounds_with(stage: &Stage, index: usize, feed: FeedValue) -> ReuseBound
             Role::Shape => {
                 let (component, placement) = match &bent {
                     Some(bent) if component.kind() == Kind::Mesh => {
-                        (bent.mesh.clone().into(), if bent.in_world { DAffine3::IDENTITY } else { placement })
+                        let there = nudges.of(index).copied().unwrap_or(DAffine3::IDENTITY);
+                        (bent.mesh.clone().into(), if bent.in_world { there } else { placement })
                     }
                     _ => (component, placement),
                 };

@@ -1,6 +1,7 @@
 //! Shapes -> primitives: one implementation for each shape.
 
 use glam::{DAffine3, DVec3, Vec2, Vec3};
+use rustc_hash::FxHashMap;
 
 use super::deform::Deformed;
 use super::extract::{ExtractShape, Extraction, ShapePlacement};
@@ -38,7 +39,7 @@ impl ExtractShape for Triangle {
     const CAN_BE_FLAT: bool = true;
 
     fn extract(&self, placed: &ShapePlacement, out: &mut Extraction) {
-        let order = winding(placed);
+        let (order, placed) = (winding(placed), placed.enclosing(false));
         let corners = order.map(|i| placed.point(self.vertices[i]));
         let normals = self.normals.as_ref().map(|n| order.map(|i| placed.normal(n[i])));
         out.geometry.push_triangle(placed.tag(false), corners, normals);
@@ -60,6 +61,8 @@ impl ExtractShape for Plane {
             point = exact * exact.dot(point);
         }
         let point = point.as_vec3();
+        // A plane is no window into a half of the world that is filled with glass.
+        let placed = placed.enclosing(false);
         out.geometry.push_plane(placed.tag(false), point, normal);
     }
 }
@@ -94,7 +97,7 @@ impl ExtractShape for Cone {
 
 /// The frustum of a cone between two points, with its radii there.
 fn frustum(placed: &ShapePlacement, [base, apex]: [DVec3; 2], radii: [f64; 2], capped: bool, out: &mut Extraction) {
-    let tag = placed.tag(radii[0] < 0.0 || radii[1] < 0.0);
+    let tag = placed.enclosing(capped).tag(radii[0] < 0.0 || radii[1] < 0.0);
     let radii = radii.map(f64::abs);
     match math::uniform_scale(&placed.map) {
         Some(scale) => {
@@ -123,6 +126,9 @@ impl ExtractShape for Mesh {
             let placed = out.placement_of(piece, &placed);
             let Piece { data, smooth, .. } = piece;
             let is_plain = data.colors.is_empty() && data.second_uvs.is_empty();
+            // Only of bodies that light goes through it matters.
+            let is_closed = !placed.is_flat() && out.is_transparent(&placed) && encloses(data);
+            let placed = placed.enclosing(is_closed);
             if placed.is_flat() {
                 out.geometry.push_mesh(placed.tag(false), data, false, &placed.map);
             } else if data.triangles.len() < FEW_TRIANGLES && is_plain {
@@ -134,6 +140,23 @@ impl ExtractShape for Mesh {
             }
         }
     }
+}
+
+/// Whether the triangles of a mesh enclose an inside: every edge is run along once each way. Vertices in one place count as
+/// one.
+fn encloses(data: &MeshData) -> bool {
+    let place = |i: u32| data.vertices[i as usize].to_array().map(|x| (x + 0.0).to_bits());
+    let mut open: FxHashMap<([u32; 3], [u32; 3]), i32> = FxHashMap::default();
+    for [a, b, c] in data.triangles.iter().map(|triangle| triangle.map(place)) {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            if from < to {
+                *open.entry((from, to)).or_default() += 1;
+            } else {
+                *open.entry((to, from)).or_default() -= 1;
+            }
+        }
+    }
+    open.values().all(|runs| *runs == 0)
 }
 
 /// The map of a mesh for its points, which count from its own origin.

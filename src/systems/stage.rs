@@ -109,6 +109,8 @@ pub(super) struct DerivedCache {
     pub accelerator: Option<BuiltAccelerator>,
     /// The environment that was prepared last.
     pub environment: Option<(EnvironmentKey, Environment)>,
+    /// The clear sky that was worked out last.
+    pub daylight: Option<(Daylight, Environment)>,
 }
 
 /// Who stands in the space of whom, by authored index.

@@ -222,6 +222,13 @@ impl Explainer<'_> {
                     continue;
                 }
             }
+            if name == "daylight" && !child.value.children.is_empty() {
+                let before = self.found.0.len();
+                self.record::<Daylight>(&child.value, &format!("`daylight` of {owner}"));
+                if self.found.0.len() > before {
+                    continue;
+                }
+            }
             let (message, mut help) = wrong_value(name, owner, source, default.get(name), &error.code);
             let parts = &child.value.children;
             let pairs = parts.len() == 6 && parts.chunks(2).all(|pair| self.is_decimal_comma(&pair[0], &pair[1]));

@@ -117,6 +117,8 @@ fn look_ahead(shot: &mut Shot, run: &[Vec<&PlannedFrame>], index: usize, memory:
 /// Every object that differs from the base scene in one of the frames, in each of them; `None` if there are too many.
 fn reuse_bounds_in(input: &Input, stage: &mut Stage, frames: &[u32]) -> Option<Vec<Vec<ReuseBounds>>> {
     let mut changed: Vec<BTreeMap<usize, ReuseBounds>> = Vec::with_capacity(frames.len());
+    systems::update_hierarchy(stage).ok()?;
+    let nudges_at_rest = systems::contact_nudges(stage);
     for frame in frames {
         let mut slices = input.slices(*frame).ok()?;
         if slices.len() != 1 {
@@ -126,9 +128,14 @@ fn reuse_bounds_in(input: &Input, stage: &mut Stage, frames: &[u32]) -> Option<V
         let mut found = None;
         input
             .with_slices(stage, *frame, std::mem::take(&mut slices), |stage, _| {
-                let affected = systems::affected_entities(stage, &edits);
+                let nudges = systems::contact_nudges(stage);
+                // What comes to touch something else is set apart from it, whether it was edited itself or not.
+                let affected = systems::affected_entities(stage, &edits).map(|mut affected| {
+                    affected.extend(nudges.differing(&nudges_at_rest));
+                    affected
+                });
                 let few = affected.filter(|affected| affected.len() <= limits::REUSE_CHANGED_ENTITIES);
-                found = few.map(|few| few.into_iter().map(|i| (i, systems::reuse_bounds(stage, i))).collect());
+                found = few.map(|few| few.into_iter().map(|i| (i, systems::reuse_bounds(stage, &nudges, i))).collect());
                 Ok(true)
             })
             .ok()?;
@@ -137,7 +144,8 @@ fn reuse_bounds_in(input: &Input, stage: &mut Stage, frames: &[u32]) -> Option<V
     let all: BTreeSet<usize> = changed.iter().flat_map(BTreeMap::keys).copied().collect();
     // Taking edits back leaves placements to whoever asks next.
     systems::update_hierarchy(stage).ok()?;
-    let at_rest: BTreeMap<usize, ReuseBounds> = all.iter().map(|i| (*i, systems::reuse_bounds(stage, *i))).collect();
+    let at_rest: BTreeMap<usize, ReuseBounds> =
+        all.iter().map(|i| (*i, systems::reuse_bounds(stage, &nudges_at_rest, *i))).collect();
     let in_frame = |changed: &BTreeMap<usize, ReuseBounds>| {
         all.iter().map(|i| changed.get(i).unwrap_or(&at_rest[i]).clone()).collect()
     };

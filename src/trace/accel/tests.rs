@@ -42,7 +42,7 @@ fn build(pieces: &[Piece]) -> Geometry {
     let shared = mesh();
     for (i, Piece(kind, a, b, c, r)) in pieces.iter().enumerate() {
         let sides = [Sides::Both, Sides::Front, Sides::Back][i % 3];
-        let tag = Tag { entity: i as u32, material: 0, sides };
+        let tag = Tag { entity: i as u32, sides, ..Tag::default() };
         let small = |p: &Vec3| *a + *p * 0.2;
         match kind {
             0 | 1 => geometry.push_sphere(tag, *a, *r * 0.3),

@@ -58,7 +58,7 @@ mod tests {
         let places: Vec<[u32; 2]> = (0..256).map(|i| [16 + i % 16, 32 + i / 16]).collect();
         let mut tally = PixelAccumulator::new(
             256,
-            AccumulatorOptions { clamp: None, signed: false, moments: true, features: false },
+            AccumulatorOptions { signed: false, moments: true, features: false, halves: false },
         );
         for pixel in 0..256 {
             tally.add(pixel, Vec3::splat(0.5), 1.0);

@@ -12,9 +12,9 @@ use crate::trace::sampler::{SampleSet, power_heuristic};
 use crate::trace::simd::LANES;
 use crate::trace::soa::Hit;
 use crate::trace::wavefront::{
-    BlinnPhongKernel, ClassifyKernel, EmissionFilter, LambertKernel, NO_MEDIUM, PathState, RenderContext, ShadingInput,
+    BlinnPhongKernel, ClassifyKernel, Crossing, EmissionFilter, LambertKernel, PathState, RenderContext, ShadingInput,
     ShadowRayQueue, SurfaceInteraction, WavefrontBuffers, Worker, accumulator_slot, first_hit_feature, is_blinn_phong,
-    pass_holes, trace_shadow_rays,
+    pass_surfaces, scattered_albedo, trace_shadow_rays,
 };
 
 /// Bins of shadow rays for lights that are chosen among: those to one light run alike.
@@ -56,7 +56,7 @@ pub fn trace(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBu
 fn find(context: RenderContext, samples: SampleSet, buffers: &mut WavefrontBuffers, worker: &mut Worker) {
     let WavefrontBuffers { wave, hits, .. } = buffers;
     context.accelerator.closest_all(context.geometry, wave.rays(), &mut worker.traversal, hits);
-    pass_holes(context, wave, hits, |sample| *samples.sampler(sample), worker);
+    pass_surfaces(context, wave, hits, |sample| *samples.sampler(sample), worker);
     if let Some(regions) = context.regions {
         let ended = |(i, hit): (usize, Option<Hit>)| {
             let (ray, state) = wave.get(i);
@@ -95,7 +95,9 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
                 usual = side_by_side && if path { material.is_lambertian() } else { is_blinn_phong(context, material) };
             }
         }
-        if usual && !context.textures.is_textured(tag.entity) {
+        // What is seen in mirrors and through glass is noted too.
+        let noted = context.settings.features && buffers.wave.states().get(i).scatterings == 0.0;
+        if usual && !noted && !context.textures.is_textured(tag.entity) {
             places.push([i as u32, tag.material]);
         } else {
             shade_alone(estimator, samples, i, buffers, depth, counters);
@@ -114,19 +116,24 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
 /// Adds the light that a ray meets on its way, and takes what the medium absorbs; false if it leaves the scene.
 fn arrive(estimator: Estimator, i: usize, buffers: &mut WavefrontBuffers, depth: u32, lamps: bool) -> bool {
     let Estimator { context, .. } = estimator;
-    let WavefrontBuffers { wave, hits, colors, .. } = buffers;
+    let WavefrontBuffers { wave, hits, colors, seen, .. } = buffers;
     let ((ray, mut state), hit) = (wave.get(i), hits.get(i));
     let met = hit.map_or(f32::INFINITY, |hit| hit.t);
     if lamps && state.emission_filter != EmissionFilter::NonPhoton {
         path::cross_lamps(context, &ray, met, &state, depth == 1, colors);
     }
-    if state.medium != NO_MEDIUM {
-        state.throughput *= context.materials[state.medium as usize].transmittance(met);
+    if let Some(medium) = state.medium.material(context.materials) {
+        state.throughput *= context.materials[medium as usize].transmittance(met);
         wave.set_state(i, &state);
     }
     if hit.is_none() {
         let place = accumulator_slot(state.sample, context.lights.environment_group());
-        colors[place as usize] += state.throughput * environment(estimator, ray.direction, &state);
+        let radiance = environment(estimator, ray.direction, &state);
+        let light = state.throughput * radiance;
+        if context.settings.features && state.scatterings == 0.0 {
+            seen[state.sample as usize].add(state.throughput, radiance, Vec3::ZERO);
+        }
+        colors[place as usize] += context.settings.clamps.limited(state.scatterings, light);
     }
     hit.is_some()
 }
@@ -141,7 +148,7 @@ fn shade_alone(
     counters: &mut Counters,
 ) {
     let Estimator { context, photons } = estimator;
-    let WavefrontBuffers { wave, hits, next, shadows, colors, features, .. } = buffers;
+    let WavefrontBuffers { wave, hits, next, shadows, colors, features, seen, .. } = buffers;
     let Some(hit) = &hits.get(i) else { return };
     let (ray, mut state) = wave.get(i);
     let (ray, sampler) = (&ray, *samples.sampler(state.sample));
@@ -162,18 +169,31 @@ fn shade_alone(
         if state.emission_filter != EmissionFilter::NonPhoton || asked == 0.0 {
             let place = accumulator_slot(state.sample, material.group);
             let shown = material.emission * split_cover(context, material);
-            colors[place as usize] += state.throughput * (shown * power_heuristic(state.pdf, asked));
+            let light = state.throughput * (shown * power_heuristic(state.pdf, asked));
+            colors[place as usize] += context.settings.clamps.limited(state.scatterings, light);
         }
     }
     if material.model == Model::Unlit && state.pdf == 0.0 && state.emission_filter != EmissionFilter::NonPhoton {
         let shown = material.diffuse * split_cover(context, material);
-        colors[accumulator_slot(state.sample, 0) as usize] += state.throughput * shown;
+        let light = context.settings.clamps.limited(state.scatterings, state.throughput * shown);
+        colors[accumulator_slot(state.sample, 0) as usize] += light;
     }
     let front = ray.direction.dot(surface.geometric_normal) < 0.0;
     let surface = if front { surface } else { surface.flipped() };
-    let met = SurfaceInteraction { direction: ray.direction, state, surface, material, hit: *hit, front, sampler };
+    let crossing = Crossing::new(context.materials, state.medium, context.geometry.tag(hit.primitive), front);
+    let nested = (crossing.ior != material.ior).then_some(ShadingParams { ior: crossing.ior, ..*material });
+    let (material, behind) = (nested.as_ref().unwrap_or(material), crossing.behind);
+    state.medium = crossing.before;
+    let hit = *hit;
+    let met = SurfaceInteraction { direction: ray.direction, state, surface, material, behind, hit, front, sampler };
     if context.settings.features && depth == 1 {
         features[state.sample as usize] = Some(first_hit_feature(context, &met));
+    }
+    if context.settings.features && state.scatterings == 0.0 {
+        let albedo = scattered_albedo(material);
+        if albedo != Vec3::ZERO {
+            seen[state.sample as usize].add(state.throughput, albedo, met.surface.shading_normal);
+        }
     }
     if let Some(photons) = photons {
         let color = &mut colors[state.sample as usize];

@@ -15,8 +15,8 @@ use crate::trace::material::bsdf::Bsdf;
 use crate::trace::sampler::{Domain, Frame, power_heuristic};
 use crate::trace::soa::Ray;
 use crate::trace::wavefront::{
-    MIN_ROULETTE_DEPTH, NO_MEDIUM, PathState, RayQueue, RenderContext, ShadowRayQueue, SurfaceInteraction,
-    accumulator_slot, shadow_ray_from,
+    MIN_ROULETTE_DEPTH, PathState, RayQueue, RenderContext, ShadowRayQueue, SurfaceInteraction, accumulator_slot,
+    shadow_ray_from,
 };
 
 /// Adds the light of lamps that a ray crosses on its way to its end; they do not stop it.
@@ -24,10 +24,11 @@ use crate::trace::wavefront::{
 pub fn cross_lamps(context: RenderContext, ray: &Ray, end: f32, state: &PathState, camera: bool, colors: &mut [Vec3]) {
     context.lights.crossed(&Ray { t_max: end, ..*ray }, camera, |radiance, distance, asked, pass| {
         let mut weight = state.throughput * power_heuristic(state.pdf, asked);
-        if state.medium != NO_MEDIUM {
-            weight *= context.materials[state.medium as usize].transmittance(distance);
+        if let Some(medium) = state.medium.material(context.materials) {
+            weight *= context.materials[medium as usize].transmittance(distance);
         }
-        colors[accumulator_slot(state.sample, pass) as usize] += weight * radiance;
+        let light = context.settings.clamps.limited(state.scatterings, weight * radiance);
+        colors[accumulator_slot(state.sample, pass) as usize] += light;
     });
 }
 
@@ -98,7 +99,9 @@ pub fn sample_direct(
     }
     let bin = light.light as usize % shadows.len();
     let sample = accumulator_slot(state.sample, lights.group(light.light));
-    shadows[bin].push(context, ray, light.target, sample, state.throughput * (value * light.contribution * share));
+    let contribution = state.throughput * (value * light.contribution * share);
+    let contribution = context.settings.clamps.limited(state.scatterings + 1.0, contribution);
+    shadows[bin].push(context, ray, light.target, sample, contribution);
 }
 
 /// The ray that a path goes on with, if it does.
@@ -141,7 +144,8 @@ pub fn scatter(
         }
         throughput /= worth;
     }
-    let medium = if sampled.transmitted { met.medium_behind() } else { state.medium };
+    let medium = if sampled.transmitted { met.behind } else { state.medium };
+    let scatterings = state.scatterings + if sampled.specular { 0.0 } else { 1.0 };
     if sampled.transmitted {
         counters.refraction_rays += 1;
     } else if sampled.specular {
@@ -152,6 +156,14 @@ pub fn scatter(
     let ray = Ray::new(start.unwrap_or_else(|| surface.offset_origin(direction)), direction);
     Some((
         ray,
-        PathState { node, throughput, pdf: sampled.pdf, medium, cone: state.scattered_cone(sampled.pdf), ..*state },
+        PathState {
+            node,
+            throughput,
+            pdf: sampled.pdf,
+            medium,
+            scatterings,
+            cone: state.scattered_cone(sampled.pdf),
+            ..*state
+        },
     ))
 }

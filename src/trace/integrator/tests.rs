@@ -52,7 +52,7 @@ fn scene() -> (Geometry, Vec<ShadingParams>, Vec<Lamp>) {
         Material { model: Model::Principled, transmission: 0.7, roughness: 0.2, ..diffuse.clone() },
         Material { opacity: 0.4, ..diffuse },
     ];
-    let tag = |material: u32| Tag { entity: material, material, sides: Sides::Both };
+    let tag = |material: u32| Tag { entity: material, material, sides: Sides::Both, closed: true };
     let mut geometry = Geometry::default();
     for i in 0..9u32 {
         geometry.push_sphere(tag(i), Vec3::new(i as f32 * 0.7 - 1.8, 0.3, (i % 3) as f32 * 0.5), 0.33);
@@ -118,6 +118,7 @@ fn picture(render: &Render, lanes: Width, features: bool) -> (Vec<[f32; 3]>, Cou
         environment: None,
         settings: &settings,
         holes: any_has_holes(&materials),
+        glass: materials.iter().any(|material| material.is_clear()),
         lanes,
         filter: &FilterTable::new(Filter::Tent, 2.0),
         width: 20,
@@ -125,7 +126,7 @@ fn picture(render: &Render, lanes: Width, features: bool) -> (Vec<[f32; 3]>, Cou
         regions: None,
     };
     let places: Vec<[u32; 2]> = (0..300).map(|i| [i % 20, i / 20]).collect();
-    let gather = AccumulatorOptions { clamp: None, signed: false, moments: false, features };
+    let gather = AccumulatorOptions { signed: false, moments: false, features, halves: false };
     let mut tally = [PixelAccumulator::new(places.len(), gather)];
     let mut worker = Worker::default();
     render_pixels(Estimator { context, photons: None }, &places, SampleSubset::WHOLE, &mut tally, &mut worker);

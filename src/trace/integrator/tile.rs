@@ -129,7 +129,10 @@ fn add_batch(estimator: Estimator, batch: &mut SampleBatch, tallies: &mut [Pixel
             tally.add(pixel, buffers.colors[pass * BATCH + i], filter_sample.weight);
         }
         if context.settings.features {
-            tallies[0].add_feature(pixel, buffers.features[i].as_ref(), filter_sample.off_center);
+            let (feature, weighted) = (buffers.features[i].as_ref(), (buffers.colors[i], filter_sample.weight));
+            tallies[0].add_feature(pixel, feature, filter_sample.off_center);
+            let second = context.settings.is_second_half(&batch.samples[i].1);
+            tallies[0].add_half(pixel, second, weighted, feature, &buffers.seen[i]);
         }
         if context.regions.is_some() {
             worker.footprint.put_down(i, pixel);

@@ -90,7 +90,9 @@ fn is_whitted(context: RenderContext) -> bool {
 fn go_straight_on(met: &SurfaceInteraction, share: f32, next: &mut RayQueue) {
     let state = &met.state;
     let ray = Ray::new(met.surface.offset_origin(met.direction), met.direction);
-    next.push(ray, state.onward(state.node.refracted(), Vec3::splat(share)));
+    // It leaves a body that it was in, and enters none.
+    let medium = if met.front { state.medium } else { met.behind };
+    next.push(ray, PathState { medium, ..state.onward(state.node.refracted(), Vec3::splat(share)) });
 }
 
 fn shade_microfacets(
@@ -154,14 +156,16 @@ fn follow(
     }
     let (node, medium) = if sampled.transmitted {
         counters.refraction_rays += 1;
-        (state.node.refracted(), met.medium_behind())
+        (state.node.refracted(), met.behind)
     } else {
         counters.reflection_rays += 1;
         (state.node.reflected(), state.medium)
     };
     let ray = Ray::new(start.unwrap_or_else(|| surface.offset_origin(direction)), direction);
     let onward = state.onward(node, sampled.weight * shown);
-    next.push(ray, PathState { pdf: sampled.pdf, medium, cone: state.scattered_cone(sampled.pdf), ..onward });
+    let (cone, scatterings) =
+        (state.scattered_cone(sampled.pdf), state.scatterings + if sampled.specular { 0.0 } else { 1.0 });
+    next.push(ray, PathState { pdf: sampled.pdf, medium, scatterings, cone, ..onward });
 }
 
 /// A shadow ray to one of the primitives that shine.
@@ -198,6 +202,7 @@ fn sample_emitters(
         let shown = surface.terminator(light.direction);
         let contribution = state.throughput * (value.max(Vec3::ZERO) * light.contribution * shown);
         let sample = accumulator_slot(state.sample, context.lights.group(light.light));
+        let contribution = context.settings.clamps.limited(state.scatterings + 1.0, contribution);
         shadows[lamps].push(context, ray, light.target, sample, contribution);
     }
 }
@@ -273,7 +278,8 @@ fn add_lamp_light(
     let strength = strength * light.cone.share(-direction);
     let ray = Ray { origin: from, direction, t_max: distance };
     let sample = accumulator_slot(state.sample, light.group);
-    shadows.push(context, ray, target, sample, state.throughput * (color * light.color * strength));
+    let contribution = state.throughput * (color * light.color * strength);
+    shadows.push(context, ray, target, sample, context.settings.clamps.limited(state.scatterings + 1.0, contribution));
 }
 
 fn blinn_phong(met: &SurfaceInteraction, direction: Vec3, cosine: f32) -> Vec3 {
@@ -344,7 +350,7 @@ fn transmitted(met: &SurfaceInteraction, mut direction: Vec3, weight: Vec3, next
     }
     let ray = Ray::new(surface.offset_origin(direction), direction);
     let node = state.node.refracted();
-    next.push(ray, PathState { medium: met.medium_behind(), ..state.onward(node, weight) });
+    next.push(ray, PathState { medium: met.behind, ..state.onward(node, weight) });
 }
 
 /// How a transparent surface divides light: the refracted direction, and weights of reflection and refraction.

@@ -12,5 +12,7 @@ mod fresnel;
 mod params;
 pub mod texture;
 
-pub use fresnel::{TransportMode, behind, fresnel, reflect, refract, scale, share};
+pub use fresnel::{
+    TransportMode, behind, fresnel, mean_metal_reflectance, metal_reflectance, reflect, refract, scale, share,
+};
 pub use params::{HoleCoverage, MapValues, ShadingParams};

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::fresnel::mean_metal_reflectance;
 use crate::components::{Material, Model};
 
 /// Where a surface is there.
@@ -31,6 +32,8 @@ pub struct ShadingParams {
     /// Share of light that goes through, by the P3F tracers' reckoning: 1 for a `Dielectric`.
     pub transmission: f32,
     pub ior: f32,
+    /// Which of transparent bodies that overlap is there: the highest.
+    pub priority: u32,
     /// Share of bare metal of a `Principled` surface.
     pub metallic: f32,
     /// Weight of what a `Principled` surface reflects that is no metal.
@@ -47,6 +50,8 @@ pub struct ShadingParams {
     /// Complex index of refraction of a conductor: eta, and k with it; 0 where `diffuse` stands for both.
     pub eta: Vec3,
     pub k: Vec3,
+    /// Mean reflectance over the hemisphere of a conductor that has `eta`; 0 else.
+    pub mean_fresnel: Vec3,
     /// Per world unit.
     pub absorption: Vec3,
     /// Radiance.
@@ -79,6 +84,7 @@ impl From<&Material> for ShadingParams {
                 Model::Lambert | Model::Conductor | Model::Plastic | Model::Unlit => 0.0,
             },
             ior: m.refractive_index() as f32,
+            priority: m.priority,
             metallic: m.metallic as f32,
             principled_reflection: m.principled_reflection() as f32,
             thin: m.thin,
@@ -92,6 +98,10 @@ impl From<&Material> for ShadingParams {
             alpha: (m.roughness * m.roughness) as f32,
             eta: m.eta.unwrap_or_default().as_vec3(),
             k: m.k.unwrap_or_default().as_vec3(),
+            mean_fresnel: match (m.eta, m.k) {
+                (Some(eta), Some(k)) => mean_metal_reflectance(eta.as_vec3(), k.as_vec3()),
+                (Some(_), None) | (None, _) => Vec3::ZERO,
+            },
             absorption: m.absorption.as_vec3(),
             emission: m.emission.as_vec3(),
             uneven_emission: m.emission_map.is_some() || m.has_holes(),
@@ -163,6 +173,18 @@ impl ShadingParams {
     pub fn is_lambertian(&self) -> bool {
         let matt = self.model == Model::Lambert || (self.model == Model::BlinnPhong && self.is_diffuse());
         matt && self.emission == Vec3::ZERO
+    }
+
+    /// Whether it is the skin of a body that light runs in, where it encloses one: a wall of no thickness has no inside.
+    #[inline]
+    pub fn bounds_body(&self) -> bool {
+        self.transmission > 0.0 && self.metallic < 1.0 && !self.thin && self.ior > 0.0
+    }
+
+    /// Whether it is glass and nothing else: no light is scattered by anything but a change of index.
+    #[inline]
+    pub fn is_clear(&self) -> bool {
+        self.model == Model::Dielectric && self.emission == Vec3::ZERO
     }
 
     /// What is left of light after a way inside the body, by Beer's law.

@@ -53,7 +53,9 @@ impl AffineMap {
     pub fn local_ray(&self, ray: &PreparedRay) -> (PreparedRay, f32) {
         let direction = self.to_local * ray.direction;
         let per_unit = direction.length().recip();
-        (PreparedRay::new(self.to_local * (ray.origin - self.anchor), direction * per_unit), per_unit)
+        let mut local = PreparedRay::new(self.to_local * (ray.origin - self.anchor), direction * per_unit);
+        local.is_mapped = true;
+        (local, per_unit)
     }
 
     /// A local normal in the world, unit.

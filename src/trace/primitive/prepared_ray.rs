@@ -19,6 +19,8 @@ pub struct PreparedRay {
     shear: Vec3,
     turned_origin: Vec3,
     turned_inverse: Vec3,
+    /// Whether it was carried into a local space: its origin is then known but roughly.
+    pub is_mapped: bool,
 }
 
 /// 1 / x, finite: 0 times it is 0, and no test meets a NaN.
@@ -59,7 +61,7 @@ impl PreparedRay {
         let shear = Vec3::new(direction[axes[0]] * along, direction[axes[1]] * along, along);
         let turned = |v: Vec3| Vec3::new(v[axes[0]], v[axes[1]], v[axes[2]]);
         let (turned_origin, turned_inverse) = (turned(origin), turned(inverse));
-        PreparedRay { origin, direction, inverse, axes, shear, turned_origin, turned_inverse }
+        PreparedRay { origin, direction, inverse, axes, shear, turned_origin, turned_inverse, is_mapped: false }
     }
 
     /// Coordinates in the order in which [`triangle`] wants them.
@@ -78,6 +80,7 @@ impl PreparedRay {
             turned_origin: V3::splat(self.turned_origin),
             turned_inverse: V3::splat(self.turned_inverse),
             shear: V3::splat(self.shear),
+            is_mapped: self.is_mapped,
         }
     }
 }
@@ -100,6 +103,8 @@ pub struct PreparedRayLanes<L> {
     pub(super) turned_origin: V3<L>,
     pub(super) turned_inverse: V3<L>,
     pub(super) shear: V3<L>,
+    /// See [`PreparedRay::is_mapped`].
+    pub(super) is_mapped: bool,
 }
 
 impl<L: Lanes> PreparedRayLanes<L> {
@@ -116,6 +121,7 @@ impl<L: Lanes> PreparedRayLanes<L> {
             turned_origin: V3 { x: origin[0], y: origin[1], z: origin[2] },
             turned_inverse: V3 { x: inverse[0], y: inverse[1], z: inverse[2] },
             shear: V3 { x: dx * inverse[2], y: dy * inverse[2], z: inverse[2] },
+            is_mapped: false,
         }
     }
 }

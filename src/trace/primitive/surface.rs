@@ -103,8 +103,13 @@ pub fn offset_origin<L: Lanes>(point: V3<L>, error: V3<L>, normal: V3<L>, direct
     let zero = L::splat(0.0);
     let side = V3::select(normal.dot(direction).lt(zero), -normal, normal);
     let offset = side.scale(normal.abs().dot(error));
+    // Where nothing was rounded the point lies on the surface to the last bit: off it, by the least that counts.
+    let offset = offset + side.scale(L::splat(LEAST_OFFSET));
     V3 { x: away(point.x, offset.x), y: away(point.y, offset.y), z: away(point.z, offset.z) }
 }
+
+/// Far below what `f32` resolves beside any coordinate but 0, and far above its denormal numbers.
+const LEAST_OFFSET: f32 = 1e-30;
 
 /// The sum, rounded away from the first.
 #[inline(always)]

@@ -30,4 +30,6 @@ pub struct Tag {
     /// Index of the material.
     pub material: u32,
     pub sides: Sides,
+    /// Whether it is part of a surface that encloses an inside.
+    pub closed: bool,
 }

@@ -3,7 +3,7 @@
 //! The test is that of Woop, Benthin and Wald (Watertight Ray/Triangle Intersection, JCGT 2013): edge functions whose signs
 //! are exactly opposite along a shared edge, so that no ray slips between two triangles.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::area::AreaSampling;
 use super::bounds::Bounds;
@@ -178,8 +178,30 @@ pub fn intersect_triangle<L: Lanes>(ray: &PreparedRayLanes<L>, corners: [V3<L>; 
     let near = low.min(high).max_element();
     let far = low.max(high).min_element();
     let t = t.max(near).min(far);
-    let hit = L::and(L::and(inside, area.ne(zero)), L::and(near.le(far), doubt.lt(t)));
-    Some(TriangleHits { t, u: v * per_area, v: w * per_area, front: zero.lt(area * sz), hit })
+    let met = L::and(L::and(inside, area.ne(zero)), near.le(far));
+    let front = zero.lt(area * sz);
+    let sure = L::and(met, doubt.lt(t));
+    let (mut hit, mut t) = (sure, t);
+    // So near that the distance may have the wrong sign: whether the triangle lies ahead is then asked of the numbers as
+    // they are. A ray that starts in the corner of a room would slip through the other wall otherwise.
+    let unsure = L::and(L::and(met, L::not(sure)), (zero - doubt).le(t));
+    if L::any(unsure) && !ray.is_mapped {
+        let ahead = L::retain(unsure, |lane| is_ahead(ray, &corners, L::any(L::retain(front, |i| i == lane)), lane));
+        hit = L::or(hit, ahead);
+        t = L::select(ahead, t.max(L::splat(f32::MIN_POSITIVE)), t);
+    }
+    Some(TriangleHits { t, u: v * per_area, v: w * per_area, front, hit })
+}
+
+/// Whether the plane of a triangle lies ahead of a ray that comes from its front or back, by `f64` on the `f32` numbers
+/// that are given: the products are exact, and what is left of error is far below the offset with which rays leave
+/// surfaces.
+#[inline(never)]
+fn is_ahead<L: Lanes>(ray: &PreparedRayLanes<L>, corners: &[V3<L>; 3], front: bool, lane: usize) -> bool {
+    let point = |v: &V3<L>| DVec3::new(v.x.lane(lane).into(), v.y.lane(lane).into(), v.z.lane(lane).into());
+    let [a, b, c] = corners.each_ref().map(point);
+    let height = (b - a).cross(c - a).dot(point(&ray.turned_origin) - a);
+    if front { height > 0.0 } else { height < 0.0 }
 }
 
 /// A bound of the error of a triangle's distance (pbrt-v4, section 6.8.4): a hit that is no farther may lie behind the
@@ -221,9 +243,15 @@ pub fn on_triangle(corners: &[Vec3; 3], hit: &Hit, shading: Option<Vec3>) -> Sha
     ShadedPoint { bare, shading_normal }
 }
 
+/// How far points of a triangle are drawn towards its middle, as a share of the way: so far that rounding does not push
+/// one over an edge, and with it through a wall that stands on that edge.
+const INWARDS: f32 = 8.0 * f32::EPSILON;
+
 /// Point, normal and error at weights of the second and third corner.
 #[inline(always)]
 pub fn triangle_point<L: Lanes>([a, b, c]: [V3<L>; 3], [u, v]: [L; 2]) -> (V3<L>, V3<L>, V3<L>) {
+    let (third, inwards) = (L::splat(1.0 / 3.0), L::splat(INWARDS));
+    let (u, v) = (u + (third - u) * inwards, v + (third - v) * inwards);
     let w = L::splat(1.0) - u - v;
     let point = a.scale(w) + b.scale(u) + c.scale(v);
     let error = a.abs().max(b.abs()).max(c.abs()).scale(L::splat(ROUNDING));

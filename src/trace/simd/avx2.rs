@@ -8,7 +8,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::lanes::{COMPRESS, Kernel, LANES, Lanes, U32x8, Wide};
+use super::lanes::{COMPRESS, Kernel, LANES, Lanes, U32x8, Wide, lanes};
 
 /// Proof that this processor has AVX2 and what comes with it. There is no other way to one than [`Self::detect`]: kernels
 /// are entered for every ray, and to ask the processor each time took 1.5 % of the time of bounces.
@@ -117,6 +117,18 @@ impl Lanes for Avx2 {
     #[inline(always)]
     fn not(mask: __m256) -> __m256 {
         unsafe { _mm256_xor_ps(mask, _mm256_castsi256_ps(_mm256_set1_epi32(-1))) }
+    }
+    #[inline(always)]
+    fn lane(self, i: usize) -> f32 {
+        self.store()[i]
+    }
+    #[inline(always)]
+    fn retain(mask: Self::Mask, mut keep: impl FnMut(usize) -> bool) -> Self::Mask {
+        let mut bits = 0;
+        for lane in lanes(Self::bits(mask)) {
+            bits |= u32::from(keep(lane)) << lane;
+        }
+        Self::mask(bits)
     }
     #[inline(always)]
     fn next_up(self) -> Self {

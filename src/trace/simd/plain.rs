@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::lanes::{LANES, Lanes, Wide};
+use super::lanes::{LANES, Lanes, Wide, lanes};
 use super::plain_u32x8::PlainU32x8;
 
 /// Eight lanes on any processor.
@@ -97,6 +97,18 @@ impl Lanes for Plain {
     #[inline(always)]
     fn not(mask: u32) -> u32 {
         !mask & ((1 << LANES) - 1)
+    }
+    #[inline(always)]
+    fn lane(self, i: usize) -> f32 {
+        self.store()[i]
+    }
+    #[inline(always)]
+    fn retain(mask: Self::Mask, mut keep: impl FnMut(usize) -> bool) -> Self::Mask {
+        let mut bits = 0;
+        for lane in lanes(Self::bits(mask)) {
+            bits |= u32::from(keep(lane)) << lane;
+        }
+        Self::mask(bits)
     }
     #[inline(always)]
     fn next_up(self) -> Self {

@@ -123,6 +123,8 @@ impl BlinnPhongKernel<'_> {
         let strength = if lamp.inverse_square { L::splat(share) / square } else { L::splat(share) };
         let strength = strength * lamp.cone.shares(direction);
         let contribution = group.states.throughput * (color * V3::splat(lamp.color)).scale(strength);
+        let scatterings = group.states.scatterings + L::splat(1.0);
+        let contribution = self.met.context.settings.clamps.limited_lanes(scatterings, contribution);
         let asked = ShadowRayBatch { origin, direction, distance, target, contribution };
         self.shadows[number].compress_store(self.met.context, lit, &asked, group.samples.which(), lamp.group);
     }

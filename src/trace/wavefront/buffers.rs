@@ -6,7 +6,7 @@ use super::batch::ShadingEntry;
 use super::path_state::PathStateLanes;
 use super::ray_queue::RayQueue;
 use super::shadow_ray_queue::{BATCH, ShadowRayQueue};
-use crate::film::Feature;
+use crate::film::{Feature, SeenFeature};
 use crate::trace::material::texture::RayCone;
 use crate::trace::simd::{LANES, V3, Wide};
 use crate::trace::soa::Hits;
@@ -40,6 +40,8 @@ pub struct WavefrontBuffers {
     pub filter_samples: Vec<FilterSample>,
     /// What the camera ray of each sample met; empty unless the film wants it.
     pub features: Vec<Option<Feature>>,
+    /// What each sample shows through mirrors and clear glass; empty as `features` is.
+    pub seen: Vec<SeenFeature>,
 }
 
 impl WavefrontBuffers {
@@ -48,6 +50,8 @@ impl WavefrontBuffers {
         self.filter_samples.clear();
         self.features.clear();
         self.features.resize(if features { samples } else { 0 }, None);
+        self.seen.clear();
+        self.seen.resize(if features { samples } else { 0 }, SeenFeature::default());
         self.colors.clear();
         self.colors.resize((passes - 1) * BATCH + samples, Vec3::ZERO);
     }

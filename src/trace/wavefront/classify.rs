@@ -5,7 +5,7 @@ use super::ray_queue::RayQueue;
 use crate::trace::simd::{Kernel, LANES, Wide};
 use crate::trace::soa::Hits;
 
-/// Finds rays that left the scene, ran through a medium that absorbs light, or crossed a lamp: a bit for each in the
+/// Finds rays that left the scene, ran through a transparent body, or crossed a lamp: a bit for each in the
 /// byte of its eight.
 pub struct ClassifyKernel<'a> {
     pub context: RenderContext<'a>,
@@ -26,8 +26,8 @@ impl Kernel for ClassifyKernel<'_> {
         special.clear();
         for first in (0..wave.rays().len()).step_by(LANES) {
             let (medium, found) = (wave.states().medium::<L>(first), hits.found::<L>(first));
-            // What is clear is NaN.
-            let mut odd = L::or(L::not(found), L::not(medium.ne(medium)));
+            // Bits of whole numbers: air is 0, and whatever is not counts as a number, or as none.
+            let mut odd = L::or(L::not(found), medium[0].ne(L::splat(0.0)));
             if lamps {
                 let end = L::select(found, hits.distances(first), L::splat(f32::INFINITY));
                 let (origin, direction) = (wave.rays().origin(first), wave.rays().direction(first));

@@ -13,7 +13,7 @@ use crate::trace::material::texture::TextureBindings;
 use crate::trace::primitive::Geometry;
 use crate::trace::reuse::{DirtyRegions, MotionVectors};
 use crate::trace::sampler::Sampler;
-use crate::trace::simd::Width;
+use crate::trace::simd::{Lanes, V3, Width};
 
 /// Where on a light a shadow ray ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +34,7 @@ pub struct Settings {
     pub rounds: u32,
     /// When a pixel has had rounds enough.
     pub noise: Option<Noise>,
+    pub clamps: Clamps,
     /// Whether the film wants to know what the camera's rays meet first.
     pub features: bool,
     pub max_depth: u32,
@@ -72,7 +73,8 @@ impl Settings {
             strata,
             rounds: render.rounds(),
             noise: render.noise_threshold.map(|threshold| Noise { threshold, exposure: render.exposure }),
-            features: render.gathers_features(),
+            clamps: Clamps::new(render),
+            features: render.gathers_features() || render.denoise,
             max_depth: render.max_depth,
             min_weight: render.min_weight as f32,
             light_sampling,
@@ -93,6 +95,13 @@ impl Settings {
     /// Whether light is looked for along single paths.
     pub fn follows_paths(&self) -> bool {
         matches!(self.integrator, Integrator::Path | Integrator::Photon)
+    }
+
+    /// Whether a sample belongs to the second half of its pixel's: of Sobol points the later half, which is spread as well
+    /// as the first; of strata the black squares of a checkerboard, so that both halves are of all of the pixel.
+    pub fn is_second_half(&self, sampler: &Sampler) -> bool {
+        let (n, sample) = (self.strata, sampler.sample);
+        if self.follows_paths() { 2 * sample >= n * n } else { (sample % n + sample / n) % 2 == 1 }
     }
 
     /// The first sample of a pixel in a round with a seed of its own: paths are led by Sobol points, the rest by
@@ -130,8 +139,48 @@ pub struct RenderContext<'a> {
     pub light_groups: usize,
     /// Whether surfaces of some materials are not there everywhere.
     pub holes: bool,
+    /// Whether any material is clear glass, whose bodies may cover each other.
+    pub glass: bool,
     /// Regions that are noted where rays cross them.
     pub regions: Option<DirtyRegions<'a>>,
+}
+
+/// Most that a channel of what a single way of light adds to a sample may be.
+///
+/// What the camera sees, straight or by mirrors and clear glass, is never cut.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clamps {
+    is_set: bool,
+    /// Of light that was scattered once on its way, and of light that was scattered more often.
+    direct: f32,
+    indirect: f32,
+}
+
+impl Clamps {
+    fn new(render: &Render) -> Self {
+        let most = |clamp: Option<f64>| clamp.map_or(f32::INFINITY, |c| c as f32);
+        let (direct, indirect) = (most(render.clamp_direct), most(render.clamp));
+        Clamps { is_set: render.clamp.is_some() || render.clamp_direct.is_some(), direct, indirect }
+    }
+
+    /// Light that comes by a way with so many scatterings, brought down so that its hue stays.
+    #[inline]
+    pub fn limited(&self, scatterings: f32, light: Vec3) -> Vec3 {
+        self.limited_lanes(scatterings, V3::<f32>::from(light)).into()
+    }
+
+    /// As [`Self::limited`].
+    #[inline(always)]
+    pub fn limited_lanes<L: Lanes>(&self, scatterings: L, light: V3<L>) -> V3<L> {
+        if !self.is_set {
+            return light;
+        }
+        let (one, free) = (L::splat(1.0), L::splat(f32::INFINITY));
+        let once = L::select(scatterings.lt(one), free, L::splat(self.direct));
+        let most = L::select(one.lt(scatterings), L::splat(self.indirect), once);
+        let largest = light.max_element();
+        light.scale(L::select(most.lt(largest), most / largest, one))
+    }
 }
 
 impl RenderContext<'_> {

@@ -4,8 +4,10 @@ use glam::{Vec2, Vec3};
 
 use super::context::RenderContext;
 use super::interaction::SurfaceInteraction;
+use crate::components::Model;
 use crate::film::Feature;
 use crate::trace::material::ShadingParams;
+use crate::trace::material::bsdf::SMOOTH;
 
 /// The feature of a camera ray's encounter.
 pub fn first_hit_feature(context: RenderContext, met: &SurfaceInteraction) -> Feature {
@@ -27,4 +29,25 @@ fn albedo(material: &ShadingParams) -> Vec3 {
         return Vec3::ONE;
     }
     (material.diffuse + material.mirror_color * material.reflection).clamp(Vec3::ZERO, Vec3::ONE)
+}
+
+/// Share of white light that a surface sends back otherwise than by mirror and clear glass, which show what they show.
+pub fn scattered_albedo(material: &ShadingParams) -> Vec3 {
+    let smooth = material.alpha < SMOOTH;
+    let scattered = match material.model {
+        Model::Lambert | Model::Plastic | Model::Unlit => material.diffuse,
+        Model::BlinnPhong if material.gloss > 0.0 => {
+            material.diffuse + material.mirror_color * material.reflection + Vec3::splat(material.transmission)
+        }
+        Model::BlinnPhong => material.diffuse,
+        Model::Conductor | Model::Dielectric if smooth => Vec3::ZERO,
+        Model::Conductor => material.diffuse,
+        Model::Dielectric => Vec3::ONE,
+        Model::Principled => {
+            let (metal, base) = (material.metallic, 1.0 - material.metallic);
+            let glossy = if smooth { 0.0 } else { metal + base * material.transmission };
+            material.diffuse * (base * (1.0 - material.transmission) + glossy)
+        }
+    };
+    scattered + material.emission
 }

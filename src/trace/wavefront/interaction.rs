@@ -3,7 +3,8 @@
 use glam::Vec3;
 
 use super::context::RenderContext;
-use super::path_state::{NO_MEDIUM, PathState};
+use super::medium_stack::MediumStack;
+use super::path_state::PathState;
 use crate::trace::material::ShadingParams;
 use crate::trace::primitive::SurfacePoint;
 use crate::trace::sampler::{Frame, Sampler};
@@ -18,7 +19,10 @@ pub struct SurfaceInteraction<'a> {
     pub state: PathState,
     /// Faces the ray.
     pub surface: SurfacePoint,
+    /// Its index of refraction is that against what is around it here.
     pub material: &'a ShadingParams,
+    /// The transparent bodies that a ray is in which goes through.
+    pub behind: MediumStack,
     pub hit: Hit,
     /// Whether the ray comes from the outside.
     pub front: bool,
@@ -43,12 +47,6 @@ impl SurfaceInteraction<'_> {
     pub fn smooth_start(&self, context: RenderContext) -> Option<Vec3> {
         let is_opaque = self.material.transmission == 0.0;
         (is_opaque && !self.surface.bent).then(|| context.geometry.smooth_start(&self.hit, &self.surface))?
-    }
-
-    /// What the ray that goes through runs in.
-    #[inline]
-    pub fn medium_behind(&self) -> u32 {
-        if self.front && self.material.absorption != Vec3::ZERO { self.surface.material } else { NO_MEDIUM }
     }
 }
 

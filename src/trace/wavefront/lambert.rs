@@ -78,7 +78,10 @@ impl LambertKernel<'_> {
             direction,
             distance,
             target: light.target,
-            contribution: group.states.throughput * (value * light.contribution).scale(share),
+            contribution: self.met.context.settings.clamps.limited_lanes(
+                group.states.scatterings + L::splat(1.0),
+                group.states.throughput * (value * light.contribution).scale(share),
+            ),
         };
         // Those of one light after those of another.
         let mut left = lit;
@@ -135,7 +138,8 @@ impl LambertKernel<'_> {
         let pdf = local.z * L::splat(FRAC_1_PI);
         let wider = (L::splat(0.5) / pdf.sqrt()).min(L::splat(DIFFUSE_SPREAD));
         let cone = RayConeLanes { spread: group.states.cone.spread + wider, ..group.states.cone };
-        let states = PathStateLanes { throughput, pdf, cone, ..group.states }.at(&nodes);
+        let scatterings = group.states.scatterings + L::splat(1.0);
+        let states = PathStateLanes { throughput, pdf, cone, scatterings, ..group.states }.at(&nodes);
         self.next.compress_store(going, origin, direction, &states);
     }
 }

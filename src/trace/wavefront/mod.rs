@@ -6,6 +6,7 @@
 //! | `context` | [`RenderContext`]: everything that a frame is traced from; [`Settings`], resolved |
 //! | `worker`, `buffers` | what one thread owns |
 //! | `path_state`, `ray_queue` | what a ray carries, and rays on their way |
+//! | `medium_stack` | the transparent bodies that a ray is in |
 //! | `camera_rays` | the first rays of samples |
 //! | `classify` | which rays want a look of their own |
 //! | `interaction`, `batch` | hits to be shaded: one, and eight side by side |
@@ -24,6 +25,7 @@ mod feature;
 mod holes;
 mod interaction;
 mod lambert;
+mod medium_stack;
 mod path_state;
 mod ray_queue;
 mod shadow_ray_queue;
@@ -36,11 +38,12 @@ pub use buffers::WavefrontBuffers;
 pub use camera_rays::CameraRayKernel;
 pub use classify::ClassifyKernel;
 pub use context::{LightSampling, Noise, RenderContext, Settings};
-pub use feature::first_hit_feature;
-pub use holes::{any_has_holes, pass_holes};
+pub use feature::{first_hit_feature, scattered_albedo};
+pub use holes::{any_has_holes, pass_surfaces};
 pub use interaction::{SurfaceInteraction, shadow_ray_from};
 pub use lambert::{LambertKernel, MIN_ROULETTE_DEPTH};
-pub use path_state::{EmissionFilter, NO_MEDIUM, PathState};
+pub use medium_stack::{Crossing, MediumStack};
+pub use path_state::{EmissionFilter, PathState};
 pub use ray_queue::RayQueue;
 pub use shadow_ray_queue::{BATCH, ShadowRayQueue, accumulator_slot};
 pub use shadow_rays::trace_shadow_rays;

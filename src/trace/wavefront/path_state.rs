@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::medium_stack::MediumStack;
 use crate::trace::material::texture::RayCone;
 use crate::trace::sampler::RayNode;
 use crate::trace::simd::{LANES, Wide, lanes_from_bits, lanes_to_bits};
@@ -20,8 +21,11 @@ work_item! {
         cone: RayCone,
         /// Density per steradian with which the direction was sampled; 0 if nothing else could have found it.
         pdf: f32,
-        /// Material of the medium that the ray runs in and that absorbs light, or [`NO_MEDIUM`].
-        medium: u32,
+        /// The transparent bodies that the ray is in.
+        medium: MediumStack,
+        /// How often a surface has scattered the path in a direction that was one of many: 0 while it shows what the
+        /// camera sees, straight or by mirrors and clear glass.
+        scatterings: f32,
         emission_filter: EmissionFilter,
     }
 }
@@ -36,9 +40,6 @@ pub enum EmissionFilter {
     NonPhoton,
 }
 
-/// No medium that absorbs light. As a number of a column it is NaN.
-pub const NO_MEDIUM: u32 = u32::MAX;
-
 /// How much wider the cones of rays get that a diffuse surface scatters, in radians: far less than they are apart, so
 /// that what they find of a texture stays true to its place.
 pub const DIFFUSE_SPREAD: f32 = 0.1;
@@ -47,7 +48,8 @@ impl PathState {
     /// The path state of the first ray of a sample or photon.
     pub fn first(sample: u32, cone: RayCone) -> PathState {
         let (node, throughput) = (RayNode::CAMERA, Vec3::ONE);
-        PathState { node, sample, throughput, cone, pdf: 0.0, medium: NO_MEDIUM, emission_filter: EmissionFilter::All }
+        let (medium, emission_filter) = (MediumStack::AIR, EmissionFilter::All);
+        PathState { node, sample, throughput, cone, pdf: 0.0, medium, scatterings: 0.0, emission_filter }
     }
 
     /// The path state of a ray in the one possible direction.

@@ -39,6 +39,11 @@ impl RayQueue {
         (self.rays.get(i), self.states.get(i))
     }
 
+    pub fn set(&mut self, i: usize, ray: &Ray, state: &PathState) {
+        self.rays.set(i, *ray);
+        self.states.set(i, *state);
+    }
+
     pub fn set_state(&mut self, i: usize, state: &PathState) {
         self.states.set(i, *state);
     }
@@ -54,10 +59,14 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::components::{Material, Model};
+    use crate::trace::material::ShadingParams;
     use crate::trace::material::texture::RayCone;
+    use crate::trace::primitive::Tag;
     use crate::trace::sampler::RayNode;
     use crate::trace::simd::{Kernel, Width};
-    use crate::trace::wavefront::path_state::{EmissionFilter, NO_MEDIUM};
+    use crate::trace::wavefront::medium_stack::{Crossing, MediumStack};
+    use crate::trace::wavefront::path_state::EmissionFilter;
 
     fn state(i: u32) -> PathState {
         let x = i as f32;
@@ -71,10 +80,18 @@ mod tests {
             throughput: Vec3::new(x, 0.5 * x, -x),
             cone: RayCone { width: 0.1 * x, spread: 0.01 * x },
             pdf: 2.0 * x,
-            medium: if i.is_multiple_of(2) { NO_MEDIUM } else { i },
+            medium: if i.is_multiple_of(2) { MediumStack::AIR } else { in_glass(i) },
+            scatterings: i as f32,
             emission_filter: [EmissionFilter::All, EmissionFilter::DirectOnly, EmissionFilter::NonPhoton]
                 [i as usize % 3],
         }
+    }
+
+    fn in_glass(material: u32) -> MediumStack {
+        let glass = Material { model: Model::Dielectric, ior: Some(1.5), ..Material::default() };
+        let materials = vec![ShadingParams::from(&glass); material as usize + 1];
+        let tag = Tag { material, closed: true, ..Tag::default() };
+        Crossing::new(&materials, MediumStack::AIR, tag, true).behind
     }
 
     fn ray(i: u32) -> Ray {

@@ -37,7 +37,8 @@ pub fn shade(
     }
     if all && bsdf.is_diffuse() {
         let most_rays = context.settings.max_depth + 1 - depth;
-        *sinks.color += met.state.throughput * photons.gather(met, &bsdf, &frame, wo, most_rays);
+        let light = met.state.throughput * photons.gather(met, &bsdf, &frame, wo, most_rays);
+        *sinks.color += context.settings.clamps.limited(met.state.scatterings + 2.0, light);
     }
     if last || !(all || photons.goes_on) {
         return;

@@ -10,12 +10,14 @@ use crate::base::limits;
 use crate::base::random::combine;
 use crate::trace::counters::Counters;
 use crate::trace::integrator::path;
-use crate::trace::material::TransportMode;
 use crate::trace::material::bsdf::Bsdf;
 use crate::trace::material::texture::RayCone;
+use crate::trace::material::{ShadingParams, TransportMode};
 use crate::trace::sampler::{Sampler, sobol};
 use crate::trace::soa::{Hit, Hits, Ray};
-use crate::trace::wavefront::{NO_MEDIUM, PathState, RayQueue, RenderContext, SurfaceInteraction, Worker, pass_holes};
+use crate::trace::wavefront::{
+    Crossing, PathState, RayQueue, RenderContext, SurfaceInteraction, Worker, pass_surfaces,
+};
 
 /// Photons that are on their way together.
 const CHUNK: u32 = 4096;
@@ -95,7 +97,7 @@ impl<'a> PhotonTracer<'a> {
             context.accelerator.closest_all(context.geometry, self.wave.rays(), &mut worker.traversal, &mut self.hits);
             let key = self.key;
             let sampler = |sample: u32| Sampler::new(key, photons.start + sample, 1);
-            pass_holes(context, &self.wave, &mut self.hits, sampler, worker);
+            pass_surfaces(context, &mut self.wave, &mut self.hits, sampler, worker);
             for i in 0..under_way {
                 if let Some(hit) = self.hits.get(i) {
                     let (ray, state) = self.wave.get(i);
@@ -136,8 +138,8 @@ impl<'a> PhotonTracer<'a> {
     ) -> Option<(Ray, PathState)> {
         let context = self.context;
         let photon = state.sample as usize;
-        if state.medium != NO_MEDIUM {
-            state.throughput *= context.materials[state.medium as usize].transmittance(hit.t);
+        if let Some(medium) = state.medium.material(context.materials) {
+            state.throughput *= context.materials[medium as usize].transmittance(hit.t);
         }
         let mut surface = context.geometry.surface_point(&ray, hit);
         let mut material = &context.materials[surface.material as usize];
@@ -149,7 +151,13 @@ impl<'a> PhotonTracer<'a> {
         let front = ray.direction.dot(surface.geometric_normal) < 0.0;
         let surface = if front { surface } else { surface.flipped() };
         let sampler = Sampler::new(self.key, first + state.sample, 1);
-        let met = SurfaceInteraction { direction: ray.direction, state, surface, material, hit: *hit, front, sampler };
+        let crossing = Crossing::new(context.materials, state.medium, context.geometry.tag(hit.primitive), front);
+        let nested = (crossing.ior != material.ior).then_some(ShadingParams { ior: crossing.ior, ..*material });
+        let (material, behind) = (nested.as_ref().unwrap_or(material), crossing.behind);
+        state.medium = crossing.before;
+        let hit = *hit;
+        let met =
+            SurfaceInteraction { direction: ray.direction, state, surface, material, behind, hit, front, sampler };
         let bsdf = Bsdf::new(material, front, context.settings.fresnel, TransportMode::Power);
         let (frame, wo) = met.frame();
         if rays > 1 && bsdf.is_diffuse() {

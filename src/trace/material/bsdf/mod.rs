@@ -19,6 +19,7 @@ mod principled;
 mod tables;
 
 pub use bsdf_sample::BsdfSample;
+pub use microfacet::SMOOTH;
 pub use models::Bsdf;
 pub use principled::Principled;
 

@@ -1,0 +1,423 @@
+//! Surfaces that touch: which of them comes first.
+//!
+//! Where two surfaces lie in one plane, rounding would decide from ray to ray which is met first: salt and pepper, and
+//! under a glass block rays that leave the block below the floor it stands on. So each contact is given one order before
+//! anything is rounded: one of the two is moved by a distance that no picture shows and that every ray can tell.
+//!
+//! | touching | who moves, where to |
+//! |---|---|
+//! | two opaque surfaces that face one way | the one behind in the order of ties (kind of primitive, then authored order), back |
+//! | glass on something opaque | the glass, off it: there is a thin gap of air, as under a block that lies on a table |
+//! | glass in something opaque, their faces flush | the glass, out |
+//! | two transparent bodies, face to face | the one of lower priority, or the later one, into the other: no gap of air between them |
+//! | two transparent bodies, flush | the same, back |
+//!
+//! Contacts are found between flat faces (of boxes, caps, triangles, planes and meshes) that overlap, and between equal
+//! spheres; meshes that skins and morphs bend are left out. How far something moves follows from its own size and place and what it touches, so that a frame stays a
+//! function of its scene; reuse between frames counts a body as changed if it is moved otherwise.
+
+use std::collections::BTreeMap;
+
+use glam::{DAffine3, DVec2, DVec3};
+
+use super::hierarchy::Placement;
+use super::origin::{relative, render_origin};
+use super::shapes::from_origin_of;
+use super::stage::{MaterialIndex, Stage};
+use crate::base::diagnostics::Diagnostic;
+use crate::base::limits;
+use crate::components::*;
+
+/// How far a body moves, as a share of its size and of its distance from the origin of the space that is traced: some twenty times what coordinates
+/// are rounded by.
+const STEP: f64 = 1.5e-5;
+/// Planes that differ by less than this, as a share of the same, are one.
+const SAME_PLANE: f64 = 4e-7;
+/// Steps that a surface moves at most if it lies behind several others.
+const MOST_STEPS: usize = 8;
+/// Corners of the polygon that stands for the cap of a cone.
+const CAP_CORNERS: u32 = 16;
+
+/// Where bodies are moved, by authored index, as maps of the space that is traced.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ContactNudges(BTreeMap<usize, DAffine3>);
+
+impl ContactNudges {
+    /// The map of an entity, if it is moved.
+    pub fn of(&self, index: usize) -> Option<&DAffine3> {
+        self.0.get(&index)
+    }
+
+    /// Authored indices of entities that are moved otherwise than by `other`.
+    pub fn differing<'a>(&'a self, other: &'a ContactNudges) -> impl Iterator<Item = usize> + 'a {
+        let all = self.0.keys().chain(other.0.keys()).copied();
+        all.filter(|index| self.of(*index) != other.of(*index))
+    }
+}
+
+/// A body that may touch others.
+#[derive(Clone, Copy)]
+struct TouchingBody {
+    index: usize,
+    /// Order of ties among primitives.
+    order: u8,
+    transparent: bool,
+    /// Whether it has an inside that its faces enclose.
+    closed: bool,
+    priority: u32,
+    min: DVec3,
+    max: DVec3,
+}
+
+/// A flat face of a body.
+struct FlatFace {
+    body: usize,
+    /// Unit, outwards.
+    normal: DVec3,
+    /// Convex, in the plane of the face; empty for a whole plane.
+    outline: Vec<DVec3>,
+    /// Any point of it.
+    point: DVec3,
+}
+
+impl FlatFace {
+    /// The same normal for both sides of a plane, and the plane's distance from the origin along it.
+    fn plane(&self) -> (DVec3, f64) {
+        let n = self.normal;
+        let first = n.to_array().into_iter().find(|x| x.abs() > 1e-6).unwrap_or(1.0);
+        let n = if first < 0.0 { -n } else { n };
+        (n, n.dot(self.point))
+    }
+}
+
+/// What a body is to do where it touches another one.
+struct Push {
+    other: usize,
+    at: DVec3,
+    direction: DVec3,
+    /// Of the larger of the two bodies, its distance from the origin included: both are rounded by its like.
+    size: f64,
+}
+
+/// Finds all contacts of the World as it is placed, and what follows from them.
+pub fn contact_nudges(stage: &Stage) -> ContactNudges {
+    let mut found = Contacts::default();
+    // Nothing fails in what is only looked at.
+    let gathered = found.gather(stage);
+    if gathered.is_err() || found.faces.len() > limits::CONTACT_FACES {
+        return ContactNudges::default();
+    }
+    found.find_flat();
+    found.find_spheres();
+    found.resolve()
+}
+
+#[derive(Default)]
+struct Contacts {
+    bodies: Vec<TouchingBody>,
+    faces: Vec<FlatFace>,
+    /// Spheres: center, radius, body.
+    spheres: Vec<([u64; 4], usize)>,
+    /// By body.
+    pushes: BTreeMap<usize, Vec<Push>>,
+}
+
+impl Contacts {
+    fn gather(&mut self, stage: &Stage) -> Result<(), Diagnostic> {
+        self.each::<Sphere>(stage, 0, |this, body, shape, map| {
+            let [center, edge] = [shape.center, shape.center + DVec3::X * shape.radius];
+            let (center, edge) = (map.transform_point3(center), map.transform_point3(edge));
+            this.bodies[body].closed = true;
+            let reach = DVec3::splat(edge.distance(center));
+            (this.bodies[body].min, this.bodies[body].max) = (center - reach, center + reach);
+            let [x, y, z] = center.to_array().map(f64::to_bits);
+            this.spheres.push(([x, y, z, edge.distance(center).to_bits()], body));
+        })?;
+        self.each::<Triangle>(stage, 1, |this, body, shape, map| {
+            this.face(body, shape.vertices.map(|v| map.transform_point3(v)).to_vec());
+        })?;
+        self.each::<AABox>(stage, 2, |this, body, shape, map| {
+            this.bodies[body].closed = true;
+            let corner = |i: usize| DVec3::from_array(std::array::from_fn(|k| [shape.min, shape.max][i >> k & 1][k]));
+            let middle = map.transform_point3((shape.min + shape.max) * 0.5);
+            for side in [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]] {
+                this.outward(body, side.map(|i| map.transform_point3(corner(i))).to_vec(), middle);
+            }
+        })?;
+        self.each::<Cylinder>(stage, 3, |this, body, s, map| {
+            this.caps(body, [s.base, s.apex], [s.radius, s.radius], s.capped, map);
+        })?;
+        self.each::<Cone>(stage, 3, |this, body, s, map| {
+            this.caps(body, [s.base, s.apex], [s.base_radius, s.apex_radius], s.capped, map);
+        })?;
+        self.each::<Mesh>(stage, 4, |this, body, shape, map| {
+            if this.faces.len() + shape.primitive_count() > limits::CONTACT_FACES {
+                return;
+            }
+            let map = &from_origin_of(shape, *map);
+            for piece in shape.pieces().iter() {
+                let at = |i: u32| map.transform_point3(piece.data.vertices[i as usize].as_dvec3());
+                piece.data.triangles.iter().for_each(|t| this.face(body, t.map(at).to_vec()));
+            }
+        })?;
+        self.each::<Plane>(stage, 5, |this, body, shape, map| {
+            let normal = (map.matrix3.inverse().transpose() * shape.normal).normalize_or_zero();
+            let point = map.transform_point3(shape.point);
+            this.faces.push(FlatFace { body, normal, outline: Vec::new(), point });
+        })
+    }
+
+    /// Calls with every shape of a kind and the number of its new body.
+    fn each<T: hecs::Component>(
+        &mut self,
+        stage: &Stage,
+        order: u8,
+        mut add: impl FnMut(&mut Self, usize, &T, &DAffine3),
+    ) -> Result<(), Diagnostic> {
+        type Parts<'q, T> =
+            (&'q T, Option<&'q Placement>, Option<&'q MaterialIndex>, Option<&'q Skin>, Option<&'q Morph>);
+        let origin = render_origin(stage);
+        stage.for_each_in_order::<Parts<T>>(|index, (shape, placement, material, skin, morph)| {
+            if skin.is_some() || morph.is_some() {
+                return Ok(());
+            }
+            let map = relative(placement, origin);
+            let material = material.and_then(|m| stage.world.get::<&Material>(stage.materials[m.0 as usize]).ok());
+            let transparent = material.as_ref().is_some_and(|m| m.is_transparent());
+            let priority = material.as_ref().map_or(0, |m| m.priority);
+            let (min, max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            self.bodies.push(TouchingBody { index, order, transparent, closed: false, priority, min, max });
+            add(self, self.bodies.len() - 1, shape, &map);
+            Ok(())
+        })
+    }
+
+    /// Adds a face whose corners run counter-clockwise seen from the front.
+    fn face(&mut self, body: usize, outline: Vec<DVec3>) {
+        let normal = (outline[1] - outline[0]).cross(outline[2] - outline[0]).normalize_or_zero();
+        for corner in &outline {
+            let body = &mut self.bodies[body];
+            (body.min, body.max) = (body.min.min(*corner), body.max.max(*corner));
+        }
+        if normal != DVec3::ZERO {
+            self.faces.push(FlatFace { body, normal, point: outline[0], outline });
+        }
+    }
+
+    /// Adds a face of a body around `middle`.
+    fn outward(&mut self, body: usize, mut outline: Vec<DVec3>, middle: DVec3) {
+        let normal = (outline[1] - outline[0]).cross(outline[2] - outline[0]);
+        if normal.dot(outline[0] - middle) < 0.0 {
+            outline.reverse();
+        }
+        self.face(body, outline);
+    }
+
+    fn caps(&mut self, body: usize, ends: [DVec3; 2], radii: [f64; 2], capped: bool, map: &DAffine3) {
+        let axis = (ends[1] - ends[0]).normalize_or_zero();
+        if !capped || axis == DVec3::ZERO {
+            return;
+        }
+        self.bodies[body].closed = true;
+        let (a, b) = axis.any_orthonormal_pair();
+        let middle = map.transform_point3((ends[0] + ends[1]) * 0.5);
+        for (end, radius) in ends.into_iter().zip(radii) {
+            let corner = |i: u32| {
+                let (sin, cos) = libm::sincos(f64::from(i) * std::f64::consts::TAU / f64::from(CAP_CORNERS));
+                map.transform_point3(end + (a * cos + b * sin) * radius.abs())
+            };
+            self.outward(body, (0..CAP_CORNERS).map(corner).collect(), middle);
+        }
+    }
+
+    /// Contacts of faces that lie in one plane and overlap.
+    fn find_flat(&mut self) {
+        let mut planes: BTreeMap<[i64; 3], Vec<(f64, usize)>> = BTreeMap::new();
+        for (number, face) in self.faces.iter().enumerate() {
+            let (normal, distance) = face.plane();
+            // Cells of directions whose middles are where most normals are.
+            let cell = normal.to_array().map(|x| (x * 200.0).round() as i64);
+            planes.entry(cell).or_default().push((distance, number));
+        }
+        let mut tests = 0;
+        for mut group in planes.into_values().filter(|group| group.len() > 1) {
+            group.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            for (i, (distance, a)) in group.iter().enumerate() {
+                for (other, b) in &group[i + 1..] {
+                    let size = self.size(*a).max(self.size(*b));
+                    if other - distance > SAME_PLANE * size {
+                        break;
+                    }
+                    tests += 1;
+                    if tests > limits::CONTACT_TESTS {
+                        return;
+                    }
+                    self.touch(*a, *b);
+                }
+            }
+        }
+    }
+
+    /// Size of a face's body, its distance from the origin included.
+    fn size(&self, face: usize) -> f64 {
+        let (body, point) = (&self.bodies[self.faces[face].body], self.faces[face].point);
+        let size = if body.min.x <= body.max.x { body.min.abs().max(body.max.abs()).max_element() } else { 0.0 };
+        size.max(point.abs().max_element())
+    }
+
+    fn touch(&mut self, a: usize, b: usize) {
+        let (one, two) = (&self.faces[a], &self.faces[b]);
+        if one.body == two.body || one.normal.dot(two.normal).abs() < 1.0 - 1e-9 {
+            return;
+        }
+        let [first, second] = [self.bodies[one.body], self.bodies[two.body]];
+        if first.index == second.index {
+            return;
+        }
+        let Some((mover, direction)) = moved([&first, &second], [one.normal, two.normal]) else { return };
+        let Some(at) = overlap(one, two) else { return };
+        let [body, other] = if mover == 0 { [one.body, two.body] } else { [two.body, one.body] };
+        let size = self.size(a).max(self.size(b));
+        self.pushes.entry(body).or_default().push(Push { other, at, direction, size });
+    }
+
+    /// Spheres that are equal: the one behind shrinks.
+    fn find_spheres(&mut self) {
+        self.spheres.sort_unstable();
+        for pair in self.spheres.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+            let (other, body) = (pair[0].1, pair[1].1);
+            let TouchingBody { min, max, .. } = self.bodies[body];
+            let pushes = self.pushes.entry(body).or_default();
+            // From both sides, which asks for another size.
+            let size = min.abs().max(max.abs()).max_element();
+            pushes.push(Push { other, at: max, direction: DVec3::NEG_X, size });
+            pushes.push(Push { other, at: min, direction: DVec3::X, size });
+        }
+    }
+
+    /// The map of every body that is pushed.
+    fn resolve(self) -> ContactNudges {
+        let mut nudges = BTreeMap::new();
+        for (number, mut pushes) in self.pushes {
+            let body = &self.bodies[number];
+            let same = |a: &Push, b: &Push| a.direction.dot(b.direction) > 0.999;
+            // Glass moves one step, whatever it stands on; an opaque surface one for each that lies before it.
+            let mut kept: Vec<Push> = Vec::new();
+            let mut size = 0.0f64;
+            pushes.sort_by_key(|push| push.other);
+            for push in pushes {
+                size = size.max(push.size).max(push.at.abs().max_element());
+                let again = |k: &&Push| same(k, &push) && (body.transparent || k.other == push.other);
+                if !kept.iter().any(|k| again(&k)) && kept.len() < MOST_STEPS {
+                    kept.push(push);
+                }
+            }
+            if body.min.x <= body.max.x {
+                size = size.max(body.min.abs().max(body.max.abs()).max_element());
+            }
+            nudges.insert(body.index, map_of(body, &kept, STEP * size));
+        }
+        ContactNudges(nudges)
+    }
+}
+
+/// The map that brings a body a step along every push: a shift, or another size where pushes are against each other.
+fn map_of(body: &TouchingBody, pushes: &[Push], step: f64) -> DAffine3 {
+    let shift: DVec3 = pushes.iter().map(|push| push.direction * step).sum();
+    let finite = body.min.x <= body.max.x;
+    if !finite || pushes.iter().all(|push| shift.dot(push.direction) >= 0.5 * step) {
+        return DAffine3::from_translation(shift);
+    }
+    let middle = (body.min + body.max) * 0.5;
+    let growth = |push: &Push| {
+        let height = (push.at - middle).dot(push.direction);
+        step / if height.abs() > 1e-12 { height } else { f64::INFINITY }
+    };
+    let growth = pushes.iter().map(growth).fold(0.0, |most: f64, g| if g.abs() > most.abs() { g } else { most });
+    let scale = DAffine3::from_scale(DVec3::splat(1.0 + growth.clamp(-0.01, 0.01)));
+    DAffine3::from_translation(middle) * scale * DAffine3::from_translation(-middle)
+}
+
+/// Which of two bodies whose faces have these normals moves, and in which direction; `None` if it does not matter.
+fn moved(bodies: [&TouchingBody; 2], normals: [DVec3; 2]) -> Option<(usize, DVec3)> {
+    let along = normals[0].dot(normals[1]) > 0.0;
+    let later = usize::from((bodies[0].order, bodies[0].index) < (bodies[1].order, bodies[1].index));
+    match [bodies[0].transparent, bodies[1].transparent] {
+        [false, false] => {
+            // A closed body hides its side of a contact.
+            let hidden = !along && bodies.iter().any(|body| body.closed);
+            (!hidden).then(|| (later, -normals[1 - later]))
+        }
+        [true, true] => {
+            if !bodies[0].closed || !bodies[1].closed {
+                return None;
+            }
+            let lower = if bodies[0].priority == bodies[1].priority {
+                later
+            } else {
+                usize::from(bodies[1].priority < bodies[0].priority)
+            };
+            Some((lower, if along { -normals[lower] } else { normals[lower] }))
+        }
+        [glass, _] => {
+            let (glass, solid) = if glass { (0, 1) } else { (1, 0) };
+            let direction = match (bodies[glass].closed, bodies[solid].closed) {
+                (true, true) if along => normals[glass],
+                (true, _) => -normals[glass],
+                (false, _) => normals[solid],
+            };
+            Some((glass, direction))
+        }
+    }
+}
+
+/// A point of where two faces of one plane overlap, if they do by more than a sliver.
+fn overlap(a: &FlatFace, b: &FlatFace) -> Option<DVec3> {
+    let middle = |face: &FlatFace| face.outline.iter().sum::<DVec3>() / face.outline.len().max(1) as f64;
+    match (a.outline.is_empty(), b.outline.is_empty()) {
+        (true, true) => return Some(a.point),
+        (true, false) => return Some(middle(b)),
+        (false, true) => return Some(middle(a)),
+        (false, false) => {}
+    }
+    let (x, y) = a.normal.any_orthonormal_pair();
+    let flat = |face: &FlatFace| -> Vec<DVec2> {
+        let at = |p: &DVec3| DVec2::new((*p - a.point).dot(x), (*p - a.point).dot(y));
+        let mut points: Vec<DVec2> = face.outline.iter().map(at).collect();
+        if area(&points) < 0.0 {
+            points.reverse();
+        }
+        points
+    };
+    let (one, two) = (flat(a), flat(b));
+    let mut common = one.clone();
+    for (i, from) in two.iter().enumerate() {
+        common = clipped(&common, *from, two[(i + 1) % two.len()]);
+    }
+    let least = 1e-6 * area(&one).min(area(&two));
+    let center = common.iter().sum::<DVec2>() / common.len().max(1) as f64;
+    (common.len() > 2 && area(&common) > least).then(|| a.point + x * center.x + y * center.y)
+}
+
+/// Area of a polygon, positive where it runs counter-clockwise.
+fn area(points: &[DVec2]) -> f64 {
+    let next = points.iter().cycle().skip(1);
+    0.5 * points.iter().zip(next).map(|(a, b)| a.perp_dot(*b)).sum::<f64>()
+}
+
+/// The part of a convex polygon to the left of an edge (Sutherland and Hodgman, CACM 1974).
+fn clipped(points: &[DVec2], from: DVec2, to: DVec2) -> Vec<DVec2> {
+    let side = |p: DVec2| (to - from).perp_dot(p - from);
+    let mut kept = Vec::with_capacity(points.len() + 1);
+    for (i, here) in points.iter().enumerate() {
+        let there = points[(i + 1) % points.len()];
+        let (a, b) = (side(*here), side(there));
+        if a >= 0.0 {
+            kept.push(*here);
+        }
+        if (a > 0.0 && b < 0.0) || (a < 0.0 && b > 0.0) {
+            kept.push(*here + (there - *here) * (a / (a - b)));
+        }
+    }
+    kept
+}
