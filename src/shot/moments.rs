@@ -54,7 +54,7 @@ impl Between<'_> {
         let around = [at(self.first.checked_sub(1)), at(Some(self.first + 2))]
             .map(|all| all.filter(|all| all.len() == own.len()));
         let edit = |(i, own): (usize, &Edit)| {
-            let step = Step { ends: [&a[i], &b[i]], around: around.map(|all| all.map(|all| &all[i])), t: self.t };
+            let step = MomentStep { ends: [&a[i], &b[i]], around: around.map(|all| all.map(|all| &all[i])), t: self.t };
             step.edit(own)
         };
         own.iter().enumerate().map(edit).collect()
@@ -62,21 +62,21 @@ impl Between<'_> {
 }
 
 /// The same thing at two moments that follow each other, and at those before and behind, where there are any.
-struct Step<'a, T> {
+struct MomentStep<'a, T> {
     ends: [&'a T; 2],
     around: [Option<&'a T>; 2],
     t: f64,
 }
 
-impl<'a, T> Step<'a, T> {
+impl<'a, T> MomentStep<'a, T> {
     /// A part of the thing, where both ends have it.
-    fn part<U>(&self, of: impl Fn(&'a T) -> Option<&'a U>) -> Option<Step<'a, U>> {
+    fn part<U>(&self, of: impl Fn(&'a T) -> Option<&'a U>) -> Option<MomentStep<'a, U>> {
         let [a, b] = self.ends;
-        Some(Step { ends: [of(a)?, of(b)?], around: self.around.map(|one| one.and_then(&of)), t: self.t })
+        Some(MomentStep { ends: [of(a)?, of(b)?], around: self.around.map(|one| one.and_then(&of)), t: self.t })
     }
 }
 
-impl Step<'_, Edit> {
+impl MomentStep<'_, Edit> {
     fn edit(&self, own: &Edit) -> Edit {
         if self.ends[0] == self.ends[1] {
             return own.clone();
@@ -115,7 +115,7 @@ impl Step<'_, Edit> {
     }
 }
 
-impl Step<'_, EntityDesc> {
+impl MomentStep<'_, EntityDesc> {
     fn entity(&self, own: &EntityDesc) -> EntityDesc {
         let mut mixed = own.clone();
         for component in own.components() {
@@ -128,7 +128,7 @@ impl Step<'_, EntityDesc> {
     }
 }
 
-impl Step<'_, Component> {
+impl MomentStep<'_, Component> {
     /// `None` for another kind of component than those at the ends, and for what is not made of numbers.
     fn component(&self, own: &Component) -> Option<Component> {
         let kind = own.kind();
@@ -142,7 +142,7 @@ impl Step<'_, Component> {
     }
 }
 
-impl<T: Record + Clone> Step<'_, T> {
+impl<T: Record + Clone> MomentStep<'_, T> {
     fn record(&self, own: &T) -> T {
         let mut mixed = own.clone();
         mix(
