@@ -4,6 +4,8 @@
 mod alpha;
 #[path = "all/assets.rs"]
 mod assets;
+#[path = "all/cameras.rs"]
+mod cameras;
 #[path = "all/diff.rs"]
 mod diff;
 #[path = "all/errors.rs"]
@@ -18,6 +20,8 @@ mod farm;
 mod film;
 #[path = "all/films.rs"]
 mod films;
+#[path = "all/geometry.rs"]
+mod geometry;
 #[path = "all/gltf.rs"]
 mod gltf;
 #[path = "all/gltf_file.rs"]

@@ -79,6 +79,41 @@ pub fn luminance(rgb: [f32; 3]) -> f32 {
     0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
 }
 
+/// The linear colour of a body that glows at a temperature in kelvin, of luminance 1: Planck's law seen by the CIE 1931
+/// observer, as Wyman, Sloan and Shirley (JCGT 2013) approximate it. What lies outside of the screen's colours is cut off.
+pub fn black_body(kelvin: f64) -> [f64; 3] {
+    let mut xyz = [0.0; 3];
+    for nanometers in (380..=780).step_by(5) {
+        let length = f64::from(nanometers);
+        // In units in which h c / k is 14387769 nm K; its scale cancels.
+        let radiance = 1.0 / (libm::pow(length / 560.0, 5.0) * libm::expm1(14_387_769.0 / (length * kelvin)));
+        for (sum, matching) in xyz.iter_mut().zip(observer(length)) {
+            *sum += radiance * matching;
+        }
+    }
+    let [x, y, z] = xyz.map(|sum| sum / xyz[1]);
+    let rgb = [
+        3.240_454_2 * x - 1.537_138_5 * y - 0.498_531_4 * z,
+        -0.969_266 * x + 1.876_010_8 * y + 0.041_556 * z,
+        0.055_643_4 * x - 0.204_025_9 * y + 1.057_225_2 * z,
+    ];
+    rgb.map(|channel| channel.max(0.0))
+}
+
+/// The colour matching functions of the CIE 1931 observer at a wave length in nanometres.
+fn observer(length: f64) -> [f64; 3] {
+    let lobe = |middle: f64, [below, above]: [f64; 2]| {
+        let off = (length - middle) * if length < middle { below } else { above };
+        libm::exp(-0.5 * off * off)
+    };
+    [
+        0.362 * lobe(442.0, [0.0624, 0.0374]) + 1.056 * lobe(599.8, [0.0264, 0.0323])
+            - 0.065 * lobe(501.1, [0.0490, 0.0382]),
+        0.821 * lobe(568.8, [0.0213, 0.0247]) + 0.286 * lobe(530.9, [0.0613, 0.0322]),
+        1.217 * lobe(437.0, [0.0845, 0.0278]) + 0.681 * lobe(459.0, [0.0385, 0.0725]),
+    ]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -108,6 +143,23 @@ mod tests {
         for i in 0..=255 {
             let x = i as f32 / 255.0;
             assert!((srgb_encode(srgb_decode(x)) - x).abs() < 1e-5);
+        }
+    }
+
+    /// Chromaticities of the Planckian locus from tables: illuminant A, and 6500 and 10000 K.
+    #[test]
+    fn glowing_bodies_have_the_colours_of_the_tables() {
+        for (kelvin, [x, y]) in [(2_856.0, [0.4476, 0.4074]), (6_500.0, [0.3135, 0.3237]), (10_000.0, [0.2807, 0.2884])]
+        {
+            let [r, g, b] = black_body(kelvin);
+            let xyz = [
+                0.412_456_4 * r + 0.357_576_1 * g + 0.180_437_5 * b,
+                0.212_672_9 * r + 0.715_152_2 * g + 0.072_175 * b,
+                0.019_333_9 * r + 0.119_192 * g + 0.950_304_1 * b,
+            ];
+            let sum: f64 = xyz.iter().sum();
+            assert!((xyz[1] - 1.0).abs() < 1e-3, "{kelvin}: {xyz:?}");
+            assert!((xyz[0] / sum - x).abs() < 3e-3 && (xyz[1] / sum - y).abs() < 3e-3, "{kelvin}: {xyz:?}");
         }
     }
 }

@@ -123,6 +123,8 @@ pub const THREADS: usize = 1_024;
 pub const ENTITIES: usize = 16_000_000;
 /// Materials of a scene.
 pub const MATERIALS: usize = 1_000_000;
+/// Named cameras of a scene: all of them are copied when a script writes to one.
+pub const CAMERAS: usize = 4_096;
 /// Triangles of a scene: primitive numbers are 32 bits and cell lists must fit too.
 pub const TRIANGLES: usize = 100_000_000;
 /// Emissive primitives that are sampled as lights, triangles of instances included: past this they still emit, but
@@ -152,22 +154,29 @@ pub const GRID_LISTED: u64 = 8;
 /// The same for a grid inside of a cell: together at most 32 copies of a primitive, about a kilobyte.
 pub const GRID_LISTED_INSIDE: u64 = 4;
 
-/// Operations of one script function call (`setup` or one `frame`): about half a second of interpretation.
+/// Operations of one script function call (`setup` or one `frame`) unless its header or the command line raises them:
+/// about half a second of interpretation.
 pub const SCRIPT_OPERATIONS: u64 = 10_000_000;
+/// The most that they are raised to: an hour of interpretation, which nobody waits for at every frame.
+pub const SCRIPT_OPERATIONS_RAISED: u64 = 50_000_000_000;
 /// Seconds of processor time of one script function call, however few its operations: a backstop for operations that
 /// are slow, above what `SCRIPT_OPERATIONS` plain ones take on a slow machine, so that it decides nothing but failures.
 pub const SCRIPT_SECONDS: u64 = 4;
-/// The same where it runs on within one operation, which nothing but the end of its process stops.
-pub const SCRIPT_SECONDS_AT_MOST: u64 = 6;
+/// The most that they are raised to: six hours.
+pub const SCRIPT_SECONDS_RAISED: u64 = 21_600;
+/// Seconds more where it runs on within one operation, which nothing but the end of its process stops.
+pub const SCRIPT_SECONDS_OF_GRACE: u64 = 2;
 /// Bytes that a script may hold in one call, of strings, lists and what it has spawned together, where it has a process
 /// of its own: the most entities that it may spawn, twice over.
 pub const SCRIPT_BYTES: usize = 512 << 20;
+/// The most that they are raised to, in MiB: half of a large workstation.
+pub const SCRIPT_MEBIBYTES_RAISED: u64 = 65_536;
 /// Bytes beyond these that the process may hold: its answer is made of what the script holds.
 pub const SCRIPT_BYTES_OF_ANSWER: usize = 512 << 20;
 /// Address space of a script's process beyond its scene, where the system can limit it: the bytes above, the stack, and
 /// what an allocator keeps in reserve.
 pub const SCRIPT_ADDRESSES: u64 = 2 << 30;
-/// Stack of a script's process: the deepest nesting that `SCRIPT_ARRAY` allows, at a kilobyte a level, twice over.
+/// Stack of a script's process: values that are nested ten thousands deep, at a kilobyte a level. Deeper ones end it.
 pub const SCRIPT_STACK: usize = 64 << 20;
 /// Bytes of one message between a script's process and the program: what it may hold, and more.
 pub const SCRIPT_MESSAGE: u64 = 1 << 30;
@@ -183,12 +192,13 @@ pub const SCRIPT_CALL_DEPTH: usize = 32;
 pub const SCRIPT_EXPRESSION_DEPTH: usize = 64;
 /// Arguments of one call in a script: nobody counts more, and the search for a function of so many is slow.
 pub const SCRIPT_ARGUMENTS: usize = 64;
-/// Bytes of one string in a script.
+/// Bytes of one string in a script that has no process of its own. Where it has one, the memory that it holds is what is
+/// limited, and not the size of single values: Rhai counts all elements of a value at every step, so that a list of n
+/// elements would cost n^2 to grow.
 pub const SCRIPT_STRING_BYTES: usize = 1 << 20;
-/// Elements of one array in a script, those of arrays inside it included: Rhai counts them at every step, so that a
-/// list of n elements costs n^2 to grow.
+/// Elements of one array in such a script, those of arrays inside it included.
 pub const SCRIPT_ARRAY: usize = 32_768;
-/// Entries of one object map in a script, counted like those of arrays.
+/// Entries of one object map in such a script, counted like those of arrays.
 pub const SCRIPT_MAP: usize = 32_768;
 /// A file of data that a script reads: a million rows of sixty letters.
 pub const DATA_FILE_BYTES: u64 = 64 << 20;

@@ -20,7 +20,7 @@ pub struct CheckArguments {
     /// Scripts and scenes
     #[arg(required = true)]
     inputs: Vec<PathBuf>,
-    /// Give a parameter of the scripts a value; may be repeated
+    /// Give a parameter of the scripts a value, or a limit, as in limits.operations=1e9; may be repeated
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]
     defines: Vec<(String, String)>,
     /// Make every warning a mistake: what a file holds and is not used, a scene without light, frames that do not differ

@@ -151,7 +151,7 @@ struct InputArguments {
     /// A script (.rhai), a scene (.ron, .nff, .p3f, .gltf, .glb, .obj, .ply, .stl, .aff) or an archive of `anim pack`; for a film also
     /// a folder or a pattern of frames
     input: PathBuf,
-    /// Give a parameter of the script a value; may be repeated
+    /// Give a parameter of the script a value, or a limit of it, as in limits.operations=1e9; may be repeated
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]
     defines: Vec<(String, String)>,
     /// Refuse what a tolerant reader of NFF and P3F skips with a warning

@@ -277,8 +277,9 @@ impl Codec for EntityDesc {
 /// A scene without its pictures, which only the renderer looks at, and without its folder.
 impl Codec for Scene {
     fn encode(&self, to: &mut Encoder) {
-        let Scene { camera, render, materials, entities, base: _, images: _ } = self;
+        let Scene { camera, cameras, render, materials, entities, base: _, images: _ } = self;
         to.put(camera);
+        to.put(cameras);
         to.put(render);
         to.put(materials);
         to.put(entities);
@@ -286,6 +287,7 @@ impl Codec for Scene {
     fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
         Ok(Scene {
             camera: from.get()?,
+            cameras: from.get()?,
             render: from.get()?,
             materials: from.get()?,
             entities: from.get()?,
@@ -340,6 +342,10 @@ impl Codec for Edit {
                 tag(to, 8);
                 to.put(entity);
             }
+            Edit::Cameras(cameras) => {
+                tag(to, 9);
+                to.put(cameras);
+            }
         }
     }
 
@@ -354,6 +360,7 @@ impl Codec for Edit {
             6 => Edit::Tags { entity: from.get()?, tags: from.get()? },
             7 => Edit::Spawn(from.get()?),
             8 => Edit::Despawn { entity: from.get()? },
+            9 => Edit::Cameras(from.get()?),
             _ => return Err(Malformed),
         })
     }
@@ -452,6 +459,7 @@ mod tests {
             Edit::Tags { entity: 0, tags: vec![] },
             Edit::Spawn(bag.clone()),
             Edit::Despawn { entity: 3 },
+            Edit::Cameras(vec![("close".into(), camera.clone())]),
         ];
         let mut encoder = Encoder::default();
         encoder.put(&edits);
@@ -459,8 +467,14 @@ mod tests {
         for end in 0..encoder.bytes.len() {
             assert_eq!(decoder(&encoder.bytes[..end]).get::<Vec<Edit>>(), Err(Malformed), "cut at {end}");
         }
-        let scene =
-            Scene { camera, render, materials: vec![("m".into(), material)], entities: vec![bag], ..Scene::default() };
+        let scene = Scene {
+            cameras: vec![("far".into(), camera.clone())],
+            camera,
+            render,
+            materials: vec![("m".into(), material)],
+            entities: vec![bag],
+            ..Scene::default()
+        };
         let mut encoder = Encoder::default();
         encoder.put(&scene);
         assert_eq!(decoder(&encoder.bytes).get(), Ok(scene));

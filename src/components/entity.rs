@@ -1,4 +1,4 @@
-//! Entities as plain data: sets of components, the scene made of them, and the edits that change it.
+//! Entities as plain data: sets of components.
 //!
 //! This is the form in which scenes are loaded, shown to scripts and written again. `systems::spawn` turns it into a
 //! hecs World; an entity's index here is its authored order there.
@@ -13,7 +13,6 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::*;
 use crate::base::codec::{Decoder, Encoder, Malformed};
 use crate::base::digest::Digest;
-use crate::base::project::Folder;
 
 /// What a kind of component does for its entity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -187,18 +186,10 @@ impl Component {
 
     /// The colour of the light that it emits, linear, if it is a light.
     pub fn light_color(&self) -> Option<DVec3> {
-        if self.kind().role() != Role::Light {
-            return None;
-        }
-        let record = self.record();
-        let fields = record.fields().iter().zip(record.classes());
-        let factors =
-            fields.filter(|(_, class)| **class == FieldClass::EmittedColor).map(|(field, _)| record.get(field));
-        // A colour, and numbers that it is multiplied by.
-        factors.flatten().try_fold(DVec3::ONE, |product, value| match value.as_number() {
-            Some(factor) => Some(product * factor),
-            None => DVec3::from_value(&value).ok().map(|color| product * color),
-        })
+        let near =
+            PointLight::of(self).map(PointLight::emitted).or_else(|| AreaLight::of(self).map(AreaLight::emitted));
+        let aimed = || SpotLight::of(self).map(SpotLight::emitted);
+        near.or_else(aimed).or_else(|| DirectionalLight::of(self).map(DirectionalLight::emitted))
     }
 }
 
@@ -371,86 +362,6 @@ impl<'de> Deserialize<'de> for Key {
         }
         deserializer.deserialize_identifier(KeyVisitor)
     }
-}
-
-/// A whole scene as data: what a scene file says, with every reference checked.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Scene {
-    /// Where it is seen from.
-    pub camera: Camera,
-    /// Settings of the picture.
-    pub render: Render,
-    /// Named materials in authored order; the names differ.
-    pub materials: Vec<(Text, Material)>,
-    /// In authored order; the names differ.
-    pub entities: Vec<EntityDesc>,
-    /// Folder that file names in the scene are relative to, and what they may name.
-    pub base: Folder,
-    /// Pictures that its textures name, as far as they were read.
-    pub images: ImageCache,
-}
-
-impl Scene {
-    /// The number of a material.
-    pub fn material_index(&self, name: &str) -> Option<usize> {
-        self.materials.iter().position(|(known, _)| &**known == name)
-    }
-
-    /// The authored index of an entity.
-    pub fn entity_index(&self, name: &str) -> Option<usize> {
-        self.entities.iter().position(|desc| desc.name.as_deref() == Some(name))
-    }
-}
-
-/// One change to a scene. Indices count in authored order; spawned entities and materials continue it.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Edit {
-    /// Replaces the camera.
-    Camera(Camera),
-    /// Replaces the settings.
-    Render(Render),
-    /// Replaces a material's values.
-    Material {
-        /// Number of the material.
-        index: usize,
-        /// What it becomes.
-        material: Material,
-    },
-    /// Adds a named material at the end.
-    AddMaterial {
-        /// A name that no other material has.
-        name: Text,
-        /// What it is.
-        material: Material,
-    },
-    /// Adds or replaces one component.
-    Put {
-        /// Authored index.
-        entity: usize,
-        /// What is put in the place of a component of its kind.
-        component: Component,
-    },
-    /// Removes one component.
-    Take {
-        /// Authored index.
-        entity: usize,
-        /// Which one.
-        kind: Kind,
-    },
-    /// Replaces the tags of an entity.
-    Tags {
-        /// Authored index.
-        entity: usize,
-        /// All of them.
-        tags: Vec<Text>,
-    },
-    /// Adds an entity at the end.
-    Spawn(EntityDesc),
-    /// Removes an entity; its index stays taken.
-    Despawn {
-        /// Authored index.
-        entity: usize,
-    },
 }
 
 #[cfg(test)]

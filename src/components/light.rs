@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::record::ranges::{at_least, between, color, direction, position};
 use super::record::{Check, Invalid, choice, record};
+use crate::base::color::black_body;
 
 choice! {
     /// How a light weakens with distance.
@@ -16,6 +17,30 @@ choice! {
     }
 }
 
+/// What is sent, of a colour with its factors.
+fn sent(color: DVec3, intensity: f64, temperature: Option<f64>) -> DVec3 {
+    let tint = temperature.map_or(DVec3::ONE, |kelvin| DVec3::from_array(black_body(kelvin)));
+    color * intensity * tint
+}
+
+fn emission(intensity: f64, temperature: Option<f64>) -> Result<(), Invalid> {
+    at_least("intensity", intensity, 0.0)?;
+    temperature.map_or(Ok(()), |kelvin| between("temperature", kelvin, 1e3, 4e4))
+}
+
+/// What a light sends: its colour, with all that changes it.
+macro_rules! emitted {
+    ($($light:ident),*) => {
+        $(impl $light {
+            /// Its linear colour with intensity and temperature in it.
+            pub fn emitted(&self) -> DVec3 {
+                sent(self.color, self.intensity, self.temperature)
+            }
+        })*
+    };
+}
+emitted!(PointLight, SpotLight, DirectionalLight, AreaLight);
+
 record! {
     /// A light at a point.
     pub struct PointLight {
@@ -25,6 +50,9 @@ record! {
         pub color: DVec3 = DVec3::ONE => EmittedColor,
         /// Factor of `color`, 0 and up.
         pub intensity: f64 = 1.0 => EmittedColor,
+        /// Kelvin, 1000 to 40000: tints `color` as a glowing body of that temperature is, as bright as before. A candle has
+        /// 1900, a bulb 2800, daylight about 6500.
+        pub temperature: Option<f64> = None => EmittedColor,
         /// How it weakens with distance.
         pub falloff: Falloff = Falloff::Constant,
     }
@@ -34,7 +62,7 @@ impl Check for PointLight {
     fn check(&self) -> Result<(), Invalid> {
         position("position", self.position)?;
         color("color", self.color)?;
-        at_least("intensity", self.intensity, 0.0)
+        emission(self.intensity, self.temperature)
     }
 }
 
@@ -49,6 +77,9 @@ record! {
         pub color: DVec3 = DVec3::ONE => EmittedColor,
         /// Factor of `color`, 0 and up.
         pub intensity: f64 = 1.0 => EmittedColor,
+        /// Kelvin, 1000 to 40000: tints `color` as a glowing body of that temperature is, as bright as before. A candle has
+        /// 1900, a bulb 2800, daylight about 6500.
+        pub temperature: Option<f64> = None => EmittedColor,
         /// Degrees from the middle, 0 to 90, from where on it is dark.
         pub outer_angle: f64 = 45.0,
         /// Degrees from the middle, 0 to `outer_angle`, up to where it is as bright as in the middle. From there on it
@@ -64,7 +95,7 @@ impl Check for SpotLight {
         position("position", self.position)?;
         direction("direction", self.direction)?;
         color("color", self.color)?;
-        at_least("intensity", self.intensity, 0.0)?;
+        emission(self.intensity, self.temperature)?;
         between("outer_angle", self.outer_angle, 0.0, 90.0)?;
         if self.outer_angle == 0.0 {
             return Err(Invalid { field: "outer_angle", message: "`outer_angle` must be greater than 0".into() });
@@ -82,6 +113,9 @@ record! {
         pub color: DVec3 = DVec3::ONE => EmittedColor,
         /// Factor of `color`, 0 and up.
         pub intensity: f64 = 1.0 => EmittedColor,
+        /// Kelvin, 1000 to 40000: tints `color` as a glowing body of that temperature is, as bright as before. A candle has
+        /// 1900, a bulb 2800, daylight about 6500.
+        pub temperature: Option<f64> = None => EmittedColor,
         /// How wide it looks, in degrees, 0 to 90: the edges of its shadows are as soft. The sun has 0.53.
         pub angle: f64 = 0.0,
     }
@@ -91,7 +125,7 @@ impl Check for DirectionalLight {
     fn check(&self) -> Result<(), Invalid> {
         direction("direction", self.direction)?;
         color("color", self.color)?;
-        at_least("intensity", self.intensity, 0.0)?;
+        emission(self.intensity, self.temperature)?;
         between("angle", self.angle, 0.0, 90.0)
     }
 }
@@ -111,6 +145,9 @@ record! {
         pub color: DVec3 = DVec3::ONE => EmittedColor,
         /// Factor of `color`, 0 and up.
         pub intensity: f64 = 1.0 => EmittedColor,
+        /// Kelvin, 1000 to 40000: tints `color` as a glowing body of that temperature is, as bright as before. A candle has
+        /// 1900, a bulb 2800, daylight about 6500.
+        pub temperature: Option<f64> = None => EmittedColor,
         /// How it weakens with distance.
         pub falloff: Falloff = Falloff::Constant,
         /// Whether camera rays see it, where they are traced by `Path` and it falls off with the square of the distance.
@@ -141,6 +178,6 @@ impl Check for AreaLight {
             return Err(Invalid { field, message });
         }
         color("color", self.color)?;
-        at_least("intensity", self.intensity, 0.0)
+        emission(self.intensity, self.temperature)
     }
 }

@@ -180,7 +180,8 @@ record! {
 
         /// Moments that a frame is made of while the camera's shutter is open, evenly spread over it, each for its share
         /// of every pixel's samples; never more than samples. One moment is the middle of the shutter. Where there are
-        /// more, no pixel stops early at a `noise_threshold`.
+        /// more, no pixel stops early at a `noise_threshold`; samples beyond them have times in between, at which what
+        /// moves is on its straight way from one moment to the next.
         pub shutter_slices: u32 = 16,
 
         /// Photons that each pass of `Photon` sends out.
@@ -283,6 +284,20 @@ impl Render {
         match self.integrator {
             Integrator::Photon => (self.photon_passes.min(self.strata() * self.strata()) / moments).max(1),
             Integrator::Whitted | Integrator::Distribution | Integrator::Path => 1,
+        }
+    }
+
+    /// Moments that are traced in the place of each of [`Self::moments`], so that as many samples as there are have a time
+    /// of their own.
+    pub fn parts_of_moment(&self) -> u32 {
+        match self.integrator {
+            // Each moment would have photons of its own.
+            Integrator::Whitted | Integrator::Photon => 1,
+            Integrator::Distribution | Integrator::Path if self.shutter_slices < 2 => 1,
+            Integrator::Distribution | Integrator::Path => {
+                let most = self.strata().pow(2).min(limits::SHUTTER_SLICES);
+                (most / self.moments()).max(1)
+            }
         }
     }
 

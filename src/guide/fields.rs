@@ -122,6 +122,8 @@ fn example_of(record: &dyn Record, field: &str, default: &Value, kind: &str, cho
         Value::List([0, 0, 8, 8].map(Value::Int).to_vec()),
         Value::List(Vec::new()),
         Value::Text("name".into()),
+        // A temperature.
+        number(2800.0),
     ]);
     // A field that goes with another (`f_stop` with `focal_length`) fits by its shape alone.
     let (mut fitting, mut shaped) = (None, None);

@@ -44,6 +44,23 @@ pub fn pages() -> Value {
     Value::Array(PAGES.iter().map(page).collect())
 }
 
+/// The shape of a field that is not given unless a scene gives it.
+fn shape_of_kind(kind: &str) -> Value {
+    let numbers = |least: u32, most: u32| json!({ "type": "array", "items": { "type": "number" }, "minItems": least, "maxItems": most });
+    match kind {
+        "a number" => json!({ "type": "number" }),
+        "a whole number from 0" => json!({ "type": "integer", "minimum": 0 }),
+        "true or false" => json!({ "type": "boolean" }),
+        "a text" | "a file" => json!({ "type": "string" }),
+        "two numbers" => numbers(2, 2),
+        "three numbers" => numbers(3, 3),
+        "three or four numbers" => numbers(3, 4),
+        kind if kind.starts_with("a list") => json!({ "type": "array" }),
+        // What may be one of several shapes, as a focus or a texture, is told by its description.
+        _ => json!({}),
+    }
+}
+
 fn field(field: &FieldReference) -> Value {
     let shape = match &field.default {
         _ if !field.choices.is_empty() => json!({ "enum": field.choices }),
@@ -55,7 +72,7 @@ fn field(field: &FieldReference) -> Value {
             json!({ "type": "array", "items": { "type": "number" }, "minItems": 3, "maxItems": 3 })
         }
         components::Value::List(_) => json!({ "type": "array" }),
-        components::Value::Unit | components::Value::Map(_) => json!({}),
+        components::Value::Unit | components::Value::Map(_) => shape_of_kind(&field.kind),
     };
     let mut shape = shape;
     if let Value::Object(map) = &mut shape {
@@ -92,6 +109,7 @@ pub fn schema() -> Value {
         "additionalProperties": false,
         "properties": {
             "camera": others["camera"],
+            "cameras": { "type": "object", "additionalProperties": others["camera"] },
             "render": others["render"],
             "materials": { "type": "object", "additionalProperties": others["material"] },
             "entities": {

@@ -127,7 +127,7 @@ fn frame(s, f) {
 fn scene() -> Vec<Block> {
     let mut blocks = vec![
         text(
-            "A scene has `camera`, `render`, `materials` and `entities`; all of them may be left out, and every field has a \
+            "A scene has `camera`, `cameras`, `render`, `materials` and `entities`; all of them may be left out, and every field has a \
               default. An entity has `name`, `tags` and at most one component of each kind. Lengths are world units, angles \
               degrees, y is up, and rotation is counter-clockwise seen from above: yaw takes +x towards -z.",
         ),
@@ -170,7 +170,42 @@ fn lights() -> Vec<Block> {
 }
 
 fn camera() -> Vec<Block> {
-    records(&["camera"])
+    let mut blocks = vec![
+        text(
+            "A scene is seen from its `camera`. Others stand beside it in `cameras`, by name: a script cuts to one, or blends \
+              two, and `--camera NAME` renders everything from one of them.",
+        ),
+        code(
+            CodeKind::Scene,
+            "(
+    camera: (from: (0.0, 2.0, 8.0), at: (0.0, 1.0, 0.0)),
+    cameras: {
+        \"close\": (from: (1.0, 1.2, 2.0), at: (0.0, 1.0, 0.0), fov: 25.0, aperture: 0.05, blades: 6),
+        \"plan\": (from: (0.0, 9.0, 0.0), at: (0.0, 0.0, 0.0), up: (0.0, 0.0, -1.0), projection: Orthographic, height: 6.0),
+        \"all\": (from: (0.0, 1.0, 0.0), at: (0.0, 1.0, -1.0), projection: Equirectangular),
+    },
+)",
+        ),
+        code(
+            CodeKind::Script,
+            "animation(#{ frames: 48 });
+
+fn setup(s) {
+    s.add_camera(\"close\", #{ from: [1, 1.2, 2], fov: 25 });
+}
+
+fn frame(s, f) {
+    if f.t < 0.5 {
+        s.camera = blend(\"camera\", \"close\", ease(\"in_out_sine\", f.span(0, 0.4)));
+    } else {
+        s.camera = \"close\";                  // a cut
+        s.camera.fov = lerp(25, 20, f.t);     // of the one that was chosen
+    }
+}",
+        ),
+    ];
+    blocks.extend(records(&["camera"]));
+    blocks
 }
 
 fn render() -> Vec<Block> {

@@ -120,6 +120,8 @@ fn the_forms_of_the_guide_are_well_formed() {
     }
     let schema = json::schema();
     assert_eq!(schema["properties"]["camera"]["properties"]["lens"]["enum"][0], "Disk");
+    assert_eq!(schema["properties"]["cameras"]["additionalProperties"]["properties"]["height"]["type"], "number");
+    assert_eq!(schema["properties"]["camera"]["properties"]["entity"]["type"], "string");
     assert!(json::pages().as_array().unwrap().len() == PAGES.len());
     assert!(definitions::file().contains("fn along("));
 }

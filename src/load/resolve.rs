@@ -67,6 +67,9 @@ pub fn check(scene: &Scene) -> Vec<Problem> {
         }
     };
     range(&[key("camera")], "camera", scene.camera.check());
+    for (name, camera) in &scene.cameras {
+        range(&[key("cameras"), key(name)], &format!("camera `{name}`"), camera.check());
+    }
     range(&[key("render")], "render", scene.render.check());
     for (name, material) in &scene.materials {
         let (path, owner) = ([key("materials"), key(name)], format!("material `{name}`"));
@@ -94,6 +97,9 @@ pub fn check(scene: &Scene) -> Vec<Problem> {
 fn references(scene: &Scene, problems: &mut Vec<Problem>) {
     if scene.entities.len() > limits::ENTITIES || scene.materials.len() > limits::MATERIALS {
         problems.push(Problem::new(vec![key("entities")], format!("more than {} entities", limits::ENTITIES)));
+    }
+    if scene.cameras.len() > limits::CAMERAS {
+        problems.push(Problem::new(vec![key("cameras")], format!("more than {} cameras", limits::CAMERAS)));
     }
     texts(scene, problems);
     let mut names: FxHashMap<&str, usize> = FxHashMap::default();
@@ -129,19 +135,39 @@ fn references(scene: &Scene, problems: &mut Vec<Problem>) {
             problems.push(Problem::new(path, message).help(suggestion(parent, names.keys().copied())));
         }
     }
-    if let Some(Focus::Entity(name)) = &scene.camera.focus
-        && !names.contains_key(&**name)
-    {
-        let message = format!("the camera is focused on `{name}`, which does not exist");
-        let path = vec![key("camera"), key("focus")];
-        problems.push(Problem::new(path, message).help(suggestion(name, names.keys().copied())));
-    }
-    if let Some(name) = scene.camera.entity.as_deref().filter(|name| !names.contains_key(name)) {
-        let message = format!("the camera is carried by `{name}`, which does not exist");
-        let path = vec![key("camera"), key("entity")];
-        problems.push(Problem::new(path, message).help(suggestion(name, names.keys().copied())));
+    camera_references(&scene.camera, "the camera", &[key("camera")], &names, problems);
+    for (name, camera) in &scene.cameras {
+        let path = [key("cameras"), key(name)];
+        if &**name == Scene::DEFAULT_CAMERA {
+            let message = format!("no camera of `cameras` may be called `{name}`: that is the name of the default one");
+            problems.push(Problem::new(path.to_vec(), message));
+        }
+        camera_references(camera, &format!("camera `{name}`"), &path, &names, problems);
     }
     cycles(scene, &names, problems);
+}
+
+/// Entities that a camera names.
+fn camera_references(
+    camera: &Camera,
+    owner: &str,
+    path: &[Step],
+    names: &FxHashMap<&str, usize>,
+    problems: &mut Vec<Problem>,
+) {
+    let mut known = |name: &str, field: &str, what: &str| {
+        if !names.contains_key(name) {
+            let message = format!("{owner} is {what} `{name}`, which does not exist");
+            let path = path.iter().cloned().chain([key(field)]).collect();
+            problems.push(Problem::new(path, message).help(suggestion(name, names.keys().copied())));
+        }
+    };
+    if let Some(Focus::Entity(name)) = &camera.focus {
+        known(name, "focus", "focused on");
+    }
+    if let Some(name) = &camera.entity {
+        known(name, "entity", "carried by");
+    }
 }
 
 /// Names and tags that are longer than any person's; all other texts must be one of these, or the name of a file.
@@ -159,6 +185,9 @@ fn texts(scene: &Scene, problems: &mut Vec<Problem>) {
     }
     for (name, _) in &scene.materials {
         check(name, &|| vec![key("materials"), key(name)]);
+    }
+    for (name, _) in &scene.cameras {
+        check(name, &|| vec![key("cameras"), key(name)]);
     }
 }
 

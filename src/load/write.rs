@@ -41,6 +41,13 @@ fn written(scene: &Scene, target: Option<&Path>, offers: bool) -> Result<String,
     render.environment = render.environment.as_ref().map(rebase);
     let mut out = String::from("(\n");
     section(&mut out, "camera", &scene.camera, &Camera::default())?;
+    if !scene.cameras.is_empty() {
+        out.push_str("    cameras: {\n");
+        for (name, camera) in &scene.cameras {
+            let _ = writeln!(out, "        {}: {},", line(name)?, line(camera)?);
+        }
+        out.push_str("    },\n");
+    }
     section(&mut out, "render", &render, &Render::default())?;
     if !scene.materials.is_empty() {
         out.push_str("    materials: {\n");

@@ -9,6 +9,7 @@ use super::errors::{Fallible, complain};
 use super::handles::SceneHandle;
 use super::parameters::Parameter;
 use super::said::{Remarks, Said};
+use super::sandbox;
 use super::time::Header;
 use crate::base::limits;
 use crate::base::project::Folder;
@@ -114,6 +115,12 @@ impl ScriptContext {
         if state.header.is_some() {
             return complain("`animation` is called once", None);
         }
+        let mut header = header;
+        if let Err(refused) = header.limits.define(&self.defines) {
+            return complain(refused.message, refused.help);
+        }
+        // They hold for the rest of the top level, too.
+        sandbox::allow(header.limits);
         state.header = Some(header);
         Ok(())
     }

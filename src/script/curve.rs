@@ -98,6 +98,16 @@ impl Curve {
         Ok(curve)
     }
 
+    /// How many pieces it is made of, from point to point.
+    pub fn pieces(&self) -> usize {
+        self.pieces.len()
+    }
+
+    /// Whether it leads back to its start.
+    pub fn is_closed(&self) -> bool {
+        self.closed
+    }
+
     /// World units from end to end, or once around.
     pub fn length(&self) -> f64 {
         self.lengths[self.lengths.len() - 1]

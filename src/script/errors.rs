@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use ::rhai::{AST, Dynamic, Engine, EvalAltResult, ParseError, Position};
 
+use super::allowance;
 use super::inspect;
 use super::rewrite::{self, Rewritten};
 use super::vocabulary::Vocabulary;
@@ -94,7 +95,8 @@ impl ScriptSources {
     pub fn check_defines(&self, defines: &[(String, String)]) -> Result<(), Diagnostics> {
         let in_one = |text| str::split(text, "param(\"").skip(1).filter_map(|tail: &str| tail.split('"').next());
         let read: Vec<&str> = self.texts().flat_map(in_one).collect();
-        match defines.iter().find(|(name, _)| !read.contains(&name.as_str())) {
+        let is_known = |name: &str| read.contains(&name) || allowance::is_limit(name);
+        match defines.iter().find(|(name, _)| !is_known(name)) {
             None => Ok(()),
             Some((name, _)) => {
                 let unknown = Diagnostic::error(format!("-D {name}: {} has no such parameter", self.main.file));

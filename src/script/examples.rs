@@ -19,7 +19,7 @@ fn clip(name: &str, rotations: [[f32; 4]; 3]) -> Clip {
     Clip { name: name.into(), tracks: vec![track] }
 }
 
-/// The scene that examples are run in: a ball and a box with the tag `toy`, a lamp called `key`, a material `brass`, and an
+/// The scene that examples are run in: a ball and a box with the tag `toy`, a lamp called `key`, a camera `close`, a material `brass`, and an
 /// asset `robot` with a node `Head` and the clips `Nod` and `Turn`.
 pub fn demo_scene() -> Arc<Scene> {
     let toy = |name: &str, shape: Component, x: f64| {
@@ -36,6 +36,7 @@ pub fn demo_scene() -> Arc<Scene> {
     let robot = Asset { file: "robot.glb".into(), data, ..Asset::default() };
     let on_robot = Transform { parent: Some("robot".into()), ..Transform::default() };
     Arc::new(Scene {
+        cameras: vec![("close".into(), Camera { from: DVec3::new(0.0, 1.0, 3.0), fov: 25.0, ..Camera::default() })],
         materials: vec![("brass".into(), Material::default())],
         entities: vec![
             toy("ball", Sphere::default().into(), -1.0),

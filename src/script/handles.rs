@@ -5,14 +5,17 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ::rhai::{Dynamic, Map};
 use glam::DVec3;
 
+use super::allowance::Limit;
 use super::clips;
 use super::constraints::Constraints;
 use super::context::ScriptContext;
 use super::convert::{describe, number, to_dynamic, to_value};
 use super::errors::{Fallible, complain};
 use super::fields::{checked, known_entity, known_material, known_parent, set_field, text, unknown_entity};
-use super::overlay::{Marks, Overlay};
+use super::geometry::MeshHandle;
+use super::overlay::{ActiveCamera, Marks, Overlay};
 use super::random::Generator;
+use super::sandbox::allowance;
 use super::vocabulary::field_of_material;
 use super::world;
 use crate::base::diagnostics::suggestion;
@@ -30,14 +33,6 @@ pub struct SceneHandle {
     pub(super) constraints: Constraints,
 }
 
-/// The entities of a scene by name: `s.get("hero")`.
-#[derive(Clone)]
-pub struct EntityLookup(pub SceneHandle);
-
-/// The materials of a scene by name: `s.material("brass")`.
-#[derive(Clone)]
-pub struct MaterialLookup(pub SceneHandle);
-
 /// One entity.
 #[derive(Clone)]
 pub struct EntityHandle {
@@ -52,9 +47,11 @@ pub struct RecordHandle {
     place: RecordPath,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 enum RecordPath {
+    /// The one that the frame is seen from, whichever it is by then.
     Camera,
+    NamedCamera(ActiveCamera),
     Render,
     Material(usize),
     Component(usize, Kind),
@@ -93,6 +90,11 @@ impl SceneHandle {
     /// The camera's fields.
     pub fn camera_record(&self) -> RecordHandle {
         self.record(RecordPath::Camera)
+    }
+
+    /// The fields of one of the cameras.
+    pub fn camera_of(&self, which: ActiveCamera) -> RecordHandle {
+        self.record(RecordPath::NamedCamera(which))
     }
 
     /// The render settings.
@@ -185,8 +187,10 @@ impl SceneHandle {
         }
         let index = {
             let mut overlay = self.lock();
-            if overlay.count() >= limits::ENTITIES || overlay.spawned() >= limits::SCRIPT_SPAWNS {
-                return complain(format!("more than {} entities spawned", overlay.spawned()), None);
+            if overlay.count() >= limits::ENTITIES || overlay.spawned() as u64 >= allowance().get(Limit::Spawns) {
+                let most = allowance().get(Limit::Spawns);
+                let help = Limit::Spawns.how_to_raise(most);
+                return complain(format!("more than {} entities spawned in one call", overlay.spawned()), Some(help));
             }
             if let Some(name) = desc.name.as_deref()
                 && overlay.find(name).is_some()
@@ -210,27 +214,40 @@ impl SceneHandle {
 }
 
 impl RecordHandle {
+    /// Which camera it is, if it is one; `None` inside is the one that the frame is seen from.
+    pub(super) fn as_camera(&self) -> Option<Option<&ActiveCamera>> {
+        match &self.place {
+            RecordPath::Camera => Some(None),
+            RecordPath::NamedCamera(which) => Some(Some(which)),
+            RecordPath::Render | RecordPath::Material(_) | RecordPath::Component(..) => None,
+        }
+    }
+
     fn owner(&self) -> String {
         let overlay = self.scene.lock();
-        match self.place {
-            RecordPath::Camera => "the camera".into(),
+        match &self.place {
+            RecordPath::Camera | RecordPath::NamedCamera(ActiveCamera::Default | ActiveCamera::Blended(_)) => {
+                "the camera".into()
+            }
+            RecordPath::NamedCamera(ActiveCamera::Named(index)) => format!("camera `{}`", overlay.cameras()[*index].0),
             RecordPath::Render => "the render settings".into(),
             RecordPath::Material(index) => {
-                overlay.material(index).map_or_else(String::new, |(name, _)| format!("material `{name}`"))
+                overlay.material(*index).map_or_else(String::new, |(name, _)| format!("material `{name}`"))
             }
-            RecordPath::Component(entity, kind) => format!("{} of {}", kind.name(), overlay.label(entity)),
+            RecordPath::Component(entity, kind) => format!("{} of {}", kind.name(), overlay.label(*entity)),
         }
     }
 
     pub fn get(&mut self, field: &str) -> Fallible<Dynamic> {
         let overlay = self.scene.lock();
         let look = |record: &dyn Record| (record.get(field), record.fields());
-        let (value, known) = match self.place {
+        let (value, known) = match &self.place {
             RecordPath::Camera => look(overlay.camera()),
+            RecordPath::NamedCamera(which) => look(overlay.camera_of(which)),
             RecordPath::Render => look(overlay.render()),
-            RecordPath::Material(index) => overlay.material(index).map_or((None, &[][..]), |(_, m)| look(m)),
+            RecordPath::Material(index) => overlay.material(*index).map_or((None, &[][..]), |(_, m)| look(m)),
             RecordPath::Component(entity, kind) => {
-                overlay.component(entity, kind).map_or((None, &[][..]), |c| look(c.record()))
+                overlay.component(*entity, *kind).map_or((None, &[][..]), |c| look(c.record()))
             }
         };
         drop(overlay);
@@ -246,15 +263,19 @@ impl RecordHandle {
     pub fn set(&mut self, field: &str, value: Dynamic) -> Fallible<()> {
         let owner = self.owner();
         let mut overlay = self.scene.lock();
-        match self.place {
-            RecordPath::Camera => {
-                let mut camera = overlay.camera().clone();
+        match self.place.clone() {
+            RecordPath::Camera | RecordPath::NamedCamera(_) => {
+                let which = match &self.place {
+                    RecordPath::NamedCamera(which) => which.clone(),
+                    _ => overlay.active_camera().clone(),
+                };
+                let mut camera = overlay.camera_of(&which).clone();
                 set_field(&mut camera, field, &value, &owner)?;
                 if let (Some(Focus::Entity(name)), "focus") = (&camera.focus, field) {
                     known_entity(&overlay, name)?;
                 }
                 // Position and target may pass through each other on the way: the whole is checked with the frame.
-                overlay.set_camera(camera);
+                overlay.set_camera(&which, camera);
             }
             RecordPath::Render => {
                 let mut render = overlay.render().clone();
@@ -429,6 +450,9 @@ impl EntityHandle {
         if value.is_unit() {
             self.scene.lock().take(self.index, kind);
             return Ok(());
+        }
+        if let Some(mesh) = value.read_lock::<MeshHandle>().filter(|_| kind == Kind::Mesh) {
+            return self.put(mesh.component());
         }
         if let Some(handle) = value.clone().try_cast::<RecordHandle>() {
             if handle.place == RecordPath::Component(self.index, kind) {

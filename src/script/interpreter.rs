@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use ::rhai::{AST, ASTNode, CallFnOptions, Dynamic, Engine, Map, Position, Scope, Stmt};
 
+use super::allowance::Allowance;
 use super::context::ScriptContext;
 use super::convert::to_dynamic;
 use super::engine;
@@ -84,6 +85,9 @@ impl Interpreter {
         let mut sources = ScriptSources::new(source, vocabulary);
         let mut ast = compiled.map_err(|problems| if doubles.is_empty() { problems } else { Diagnostics(doubles) })?;
         ast.set_source(&file);
+        let mut allowance = Allowance::default();
+        allowance.define(defines)?;
+        sandbox::allow(allowance);
         let _current = shared.enter(None);
         ModuleLoader::new(&engine, &graph, project, &folder, &mut sources).load(&file, &ast)?;
         sources.check_defines(defines)?;
@@ -203,6 +207,7 @@ impl Interpreter {
             Dynamic::from(time::FrameTime::new(&self.header, number, offset, seed, to_dynamic(state)))
         });
         let function = if time.is_some() { "frame" } else { "setup" };
+        sandbox::allow(self.header.limits);
         sandbox::start_call();
         let outcome = sandbox::guarded(|| match frame {
             _ if mode != RunMode::Called => self.run_body(function, scope, [Some(scene), frame]),
@@ -235,6 +240,7 @@ impl Interpreter {
             scope.push_constant_dynamic(name.as_str(), value.clone());
         }
         let options = || CallFnOptions::new().eval_ast(false);
+        sandbox::allow(self.header.limits);
         sandbox::start_call();
         let outcome = sandbox::guarded(|| {
             let given = match before {

@@ -24,6 +24,8 @@
 //! It stands in one table (`table`): each function with its registration, its text and an example that runs as a test; the
 //! guide is made from it.
 
+pub mod allowance;
+mod cameras;
 mod clip_frames;
 mod clips;
 mod closures;
@@ -38,10 +40,12 @@ mod engine;
 mod errors;
 pub mod examples;
 mod fields;
+mod geometry;
 mod handles;
 pub mod host;
 pub mod idioms;
 mod inspect;
+mod instances;
 mod interpolate;
 mod interpreter;
 mod mathematics;
@@ -155,7 +159,7 @@ impl Program {
         let rate = Rate::from_number(f64::from(frames - 1) / seconds).unwrap_or(Rate::USUAL);
         Program {
             evaluator: Evaluator::Clip(clip),
-            header: Header { scene: None, rate, frames, mode: TimeMode::Clip, seed: 0, steps_per_frame: 1 },
+            header: Header { rate, frames, ..Header::default() },
             has_setup: false,
             place_of_scene: Place::file(&*file.to_string_lossy()),
             folder: file.parent().unwrap_or(Path::new("")).to_path_buf(),

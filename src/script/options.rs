@@ -23,6 +23,11 @@ impl<'a> CallOptions<'a> {
         }
     }
 
+    /// Who is called.
+    pub fn function(&self) -> &'static str {
+        self.function
+    }
+
     /// The option itself, where it is given and not `()`.
     pub fn get(&self, name: &str) -> Option<&'a Dynamic> {
         self.map.get(name).filter(|value| !value.is_unit())

@@ -32,7 +32,11 @@ impl NameIndex {
 pub struct Overlay {
     rest: Arc<Scene>,
     index: Arc<NameIndex>,
-    camera: Option<Camera>,
+    /// The camera that frames are seen from unless another one is chosen.
+    default_camera: Option<Camera>,
+    /// All named cameras, as soon as one is written to.
+    cameras: Option<Vec<(Text, Camera)>>,
+    active: ActiveCamera,
     render: Option<Render>,
     materials: BTreeMap<usize, Material>,
     new_materials: Vec<(Text, Material)>,
@@ -46,6 +50,17 @@ pub struct Overlay {
     marks: Option<Marks>,
 }
 
+/// Which camera the frame is seen from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ActiveCamera {
+    /// `camera` of the scene.
+    Default,
+    /// One of the named ones, by its number.
+    Named(usize),
+    /// One between others, or one that was changed since.
+    Blended(Box<Camera>),
+}
+
 /// Steps by the part of the scene and, of an entity, the component.
 pub type Marks = FxHashMap<(ScenePart, Option<&'static str>), u64>;
 
@@ -54,7 +69,9 @@ impl Overlay {
         Overlay {
             rest,
             index,
-            camera: None,
+            default_camera: None,
+            cameras: None,
+            active: ActiveCamera::Default,
             render: None,
             materials: BTreeMap::new(),
             new_materials: Vec::new(),
@@ -86,13 +103,56 @@ impl Overlay {
         }
     }
 
+    /// The camera that the frame is seen from.
     pub fn camera(&self) -> &Camera {
-        self.camera.as_ref().unwrap_or(&self.rest.camera)
+        self.camera_of(&self.active)
     }
 
-    pub fn set_camera(&mut self, camera: Camera) {
+    pub fn camera_of<'a>(&'a self, which: &'a ActiveCamera) -> &'a Camera {
+        match which {
+            ActiveCamera::Default => self.default_camera.as_ref().unwrap_or(&self.rest.camera),
+            ActiveCamera::Named(index) => &self.cameras()[*index].1,
+            ActiveCamera::Blended(camera) => camera,
+        }
+    }
+
+    pub fn active_camera(&self) -> &ActiveCamera {
+        &self.active
+    }
+
+    /// Sees the frame from another camera from now on.
+    pub fn choose_camera(&mut self, which: ActiveCamera) {
         self.mark(ScenePart::Camera, None);
-        self.camera = Some(camera);
+        self.active = which;
+    }
+
+    pub fn set_camera(&mut self, which: &ActiveCamera, camera: Camera) {
+        self.mark(ScenePart::Camera, None);
+        match which {
+            ActiveCamera::Default => self.default_camera = Some(camera),
+            ActiveCamera::Named(index) => {
+                self.cameras.get_or_insert_with(|| self.rest.cameras.clone())[*index].1 = camera
+            }
+            ActiveCamera::Blended(_) => self.active = ActiveCamera::Blended(Box::new(camera)),
+        }
+    }
+
+    /// The named cameras.
+    pub fn cameras(&self) -> &[(Text, Camera)] {
+        self.cameras.as_deref().unwrap_or(&self.rest.cameras)
+    }
+
+    /// The camera of a name.
+    pub fn find_camera(&self, name: &str) -> Option<ActiveCamera> {
+        let named = self.cameras().iter().position(|(known, _)| &**known == name).map(ActiveCamera::Named);
+        named.or((name == Scene::DEFAULT_CAMERA).then_some(ActiveCamera::Default))
+    }
+
+    /// Adds a camera whose name is new.
+    pub fn add_camera(&mut self, name: Text, camera: Camera) -> ActiveCamera {
+        let cameras = self.cameras.get_or_insert_with(|| self.rest.cameras.clone());
+        cameras.push((name, camera));
+        ActiveCamera::Named(cameras.len() - 1)
     }
 
     pub fn render(&self) -> &Render {
@@ -227,6 +287,15 @@ impl Overlay {
         index
     }
 
+    /// The entity that was spawned last, taken back.
+    pub fn unspawn(&mut self) -> Option<EntityDesc> {
+        let desc = self.spawned.pop()?;
+        if let Some(name) = &desc.name {
+            self.spawned_names.remove(name);
+        }
+        Some(desc)
+    }
+
     pub fn despawn(&mut self, entity: usize) {
         self.mark(ScenePart::Entity(entity), None);
         self.gone.insert(entity);
@@ -236,7 +305,12 @@ impl Overlay {
     pub fn take_edits(&mut self) -> Vec<Edit> {
         let mut edits = Vec::new();
         let rest = &self.rest;
-        edits.extend(self.camera.take().filter(|c| *c != rest.camera).map(Edit::Camera));
+        let camera = self.camera();
+        if *camera != rest.camera {
+            edits.push(Edit::Camera(camera.clone()));
+        }
+        edits.extend(self.cameras.take().filter(|all| *all != rest.cameras).map(Edit::Cameras));
+        (self.default_camera, self.active) = (None, ActiveCamera::Default);
         edits.extend(self.render.take().filter(|r| *r != rest.render).map(Edit::Render));
         for (index, material) in std::mem::take(&mut self.materials) {
             if material != rest.materials[index].1 {

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use ::rhai::{Dynamic, Engine, EvalAltResult};
 
+use super::allowance::{Allowance, Limit};
 use super::errors::{Fallible, complain};
 use crate::base::{clock, limits, memory};
 
@@ -16,6 +17,7 @@ const OFF: [&str; 4] = ["eval", "timestamp", "**", "**="];
 /// Why the watch has stopped a script; it travels through Rhai as the token of a termination.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stopped {
+    Operations,
     Time,
     Memory,
     /// As far as it was to run.
@@ -41,6 +43,7 @@ pub struct StepReport {
 struct CallWatch {
     /// Processor time of this thread when the call began.
     started: Cell<Option<Duration>>,
+    allowance: Cell<Option<Allowance>>,
     /// Bytes that may be held.
     ceiling: Cell<usize>,
     steps: Cell<u64>,
@@ -49,6 +52,8 @@ struct CallWatch {
     shown: Cell<Option<&'static AtomicU64>>,
     /// What is told that a call starts.
     told: Cell<Option<fn()>>,
+    /// What is told that limits are set.
+    raised: Cell<Option<fn(Allowance)>>,
 }
 
 thread_local! {
@@ -56,20 +61,44 @@ thread_local! {
     static WATCH: CallWatch = const {
         CallWatch {
             started: Cell::new(None),
+            allowance: Cell::new(None),
             ceiling: Cell::new(usize::MAX),
             steps: Cell::new(0),
             probe: Cell::new(Probe { stop_at: None, report: None }),
             shown: Cell::new(None),
             told: Cell::new(None),
+            raised: Cell::new(None),
         }
     };
 }
 
+/// Sets what calls on this thread may use from now on.
+pub fn allow(allowance: Allowance) {
+    WATCH.with(|watch| {
+        if watch.allowance.replace(Some(allowance)) != Some(allowance)
+            && let Some(tell) = watch.raised.get()
+        {
+            tell(allowance);
+        }
+    });
+}
+
+/// Lets somebody know of limits that are set on this thread.
+pub fn tell_of_limits(tell: fn(Allowance)) {
+    WATCH.with(|watch| watch.raised.set(Some(tell)));
+}
+
+/// What calls on this thread may use.
+pub fn allowance() -> Allowance {
+    WATCH.with(|watch| watch.allowance.get().unwrap_or_default())
+}
+
 /// Starts the time and the steps that a call on this thread may take, and the bytes that it may hold.
 pub fn start_call() {
+    let bytes = allowance().bytes();
     WATCH.with(|watch| {
         watch.started.set(Some(clock::thread_time()));
-        watch.ceiling.set(memory::held().map_or(usize::MAX, |held| held.saturating_add(limits::SCRIPT_BYTES)));
+        watch.ceiling.set(memory::held().map_or(usize::MAX, |held| held.saturating_add(bytes)));
         watch.steps.set(0);
         if let Some(tell) = watch.told.get() {
             tell();
@@ -119,6 +148,10 @@ impl CallWatch {
         if stop_at.is_some_and(|at| steps >= at) {
             return Some(Stopped::Mark);
         }
+        let allowance = || self.allowance.get().unwrap_or_default();
+        if steps.is_multiple_of(16) && steps >= allowance().get(Limit::Operations) {
+            return Some(Stopped::Operations);
+        }
         if steps.is_multiple_of(64)
             && self.ceiling.get() < usize::MAX
             && memory::held().is_some_and(|held| held > self.ceiling.get())
@@ -127,7 +160,7 @@ impl CallWatch {
         }
         let is_late = || {
             let started = self.started.get()?;
-            Some(clock::thread_time().saturating_sub(started) >= Duration::from_secs(limits::SCRIPT_SECONDS))
+            Some(clock::thread_time().saturating_sub(started) >= Duration::from_secs(allowance().seconds()))
         };
         (steps.is_multiple_of(4096) && is_late() == Some(true)).then_some(Stopped::Time)
     }
@@ -151,15 +184,20 @@ pub fn close(engine: &mut Engine) {
     }
     engine.register_fn("sleep", |_: i64| no_sleep()).register_fn("sleep", |_: f64| no_sleep());
     engine
-        .set_max_operations(limits::SCRIPT_OPERATIONS)
+        // They are counted by the watch, whose limit may be raised while the script runs.
+        .set_max_operations(0)
         .set_max_call_levels(limits::SCRIPT_CALL_DEPTH)
         .set_max_expr_depths(limits::SCRIPT_EXPRESSION_DEPTH, limits::SCRIPT_EXPRESSION_DEPTH)
-        .set_max_string_size(limits::SCRIPT_STRING_BYTES)
-        .set_max_array_size(limits::SCRIPT_ARRAY)
-        .set_max_map_size(limits::SCRIPT_MAP)
         .set_max_variables(limits::SCRIPT_ITEMS)
         .set_max_functions(limits::SCRIPT_ITEMS)
         .set_max_modules(limits::SCRIPT_ITEMS);
+    // Rhai looks through all of a value for these at every step; where memory is counted, nothing is lost without them.
+    if memory::held().is_none() {
+        engine
+            .set_max_string_size(limits::SCRIPT_STRING_BYTES)
+            .set_max_array_size(limits::SCRIPT_ARRAY)
+            .set_max_map_size(limits::SCRIPT_MAP);
+    }
     engine.on_progress(|_| WATCH.with(CallWatch::look).map(Dynamic::from));
 }
 

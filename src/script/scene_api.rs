@@ -2,8 +2,17 @@
 
 use ::rhai::{Array, Dynamic, Engine, ImmutableString, Map};
 
-use super::handles::{EntityHandle, EntityLookup, MaterialLookup, RecordHandle, SceneHandle};
+use super::cameras;
+use super::handles::{EntityHandle, RecordHandle, SceneHandle};
 use super::table::{Chapter, Function};
+
+/// The entities of a scene by name: `s.get("hero")`.
+#[derive(Clone)]
+struct EntityLookup(SceneHandle);
+
+/// The materials of a scene by name: `s.material("brass")`.
+#[derive(Clone)]
+struct MaterialLookup(SceneHandle);
 
 fn handles(list: Vec<EntityHandle>) -> Array {
     list.into_iter().map(Dynamic::from).collect()
@@ -13,7 +22,6 @@ fn handles(list: Vec<EntityHandle>) -> Array {
 fn types(engine: &mut Engine) {
     engine
         .register_type_with_name::<SceneHandle>("Scene")
-        .register_set("camera", |_: &mut SceneHandle, _: RecordHandle| {})
         .register_set("render", |_: &mut SceneHandle, _: RecordHandle| {})
         .register_type_with_name::<EntityHandle>("Entity")
         .register_indexer_get(|e: &mut EntityHandle, property: ImmutableString| e.get(&property))
@@ -39,12 +47,16 @@ pub const CHAPTER: Chapter = Chapter {
         Function {
             name: "camera",
             forms: &["s.camera -> component"],
-            text: "The camera: its fields are those of `camera` in a scene, read and written by name.",
+            text: "The camera that the frame is seen from: its fields are those of `camera` in a scene, read and written by \
+                   name. Assigning the name of one of the scene's `cameras` cuts to it; from then on `s.camera` is that one. \
+                   `\"camera\"` is the scene's `camera` itself. What `setup` chooses is what all frames start from.",
             arguments: &[],
             example: "s.camera.fov = 35;\ns.camera.from += [0, 0.1, 0];\ns.camera.fov          // 35.0",
             register: |engine| {
                 types(engine);
-                engine.register_get("camera", |s: &mut SceneHandle| s.camera_record());
+                engine
+                    .register_get("camera", |s: &mut SceneHandle| s.camera_record())
+                    .register_set("camera", cameras::choose);
             },
         },
         Function {

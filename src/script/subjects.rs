@@ -3,6 +3,7 @@
 use ::rhai::{Array, Dynamic, NativeCallContext};
 use glam::DVec3;
 
+use super::cameras;
 use super::context::ScriptContext;
 use super::convert::{describe, is_vector, number, vector};
 use super::easing::ease;
@@ -35,7 +36,7 @@ fn position(scene: &SceneHandle, subject: &Dynamic) -> Fallible<DVec3> {
 
 /// Distance of a subject along the view: an entity, its name, a point, or a distance itself.
 fn distance(scene: &SceneHandle, subject: &Dynamic) -> Fallible<f64> {
-    let camera = scene.camera();
+    let camera = cameras::standing(scene, scene.camera())?;
     let distance = if is_vector(subject) {
         (vector(subject)? - camera.from).dot(camera.axis())
     } else if subject.is_string() || subject.is::<EntityHandle>() {

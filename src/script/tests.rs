@@ -159,9 +159,9 @@ fn time_runs_on_between_frames() {
     };
     assert_eq!(at("clip", 2, 0.5), DVec3::new(0.375, 0.75, 21.0));
     assert_eq!(at("loop", 2, 0.25), DVec3::new(0.25, 0.625, 21.0));
-    // A clip stands still beyond its ends, and a loop goes round.
-    assert_eq!(at("clip", 5, 0.5), DVec3::new(1.0, 2.25, 54.0));
-    assert_eq!(at("clip", 1, -0.5), DVec3::new(0.0, -0.25, 10.0));
+    // A clip goes on beyond its ends, and a loop goes round.
+    assert_eq!(at("clip", 5, 0.5), DVec3::new(1.125, 2.25, 54.0));
+    assert_eq!(at("clip", 1, -0.5), DVec3::new(-0.125, -0.25, 10.0));
     assert_eq!(at("loop", 5, 1.5), DVec3::new(0.1, 2.75, 54.0));
     assert_eq!(at("loop", 1, -0.5).x, 0.9);
 }

@@ -2,6 +2,7 @@
 
 use ::rhai::{Dynamic, Map};
 
+use super::allowance::{self, Allowance};
 use super::context::ScriptContext;
 use super::convert::{describe, number, to_value};
 use super::errors::{Fallible, complain};
@@ -36,15 +37,30 @@ pub struct Header {
     pub seed: u64,
     /// Steps of a simulation from one frame to the next, from 1.
     pub steps_per_frame: u32,
+    /// What each call of the script's functions may use.
+    pub limits: Allowance,
 }
 
-const KEYS: [&str; 6] = ["scene", "fps", "frames", "mode", "seed", "steps_per_frame"];
+impl Default for Header {
+    fn default() -> Self {
+        Header {
+            scene: None,
+            rate: Rate::USUAL,
+            frames: 1,
+            mode: TimeMode::Clip,
+            seed: 0,
+            steps_per_frame: 1,
+            limits: Allowance::default(),
+        }
+    }
+}
+
+const KEYS: [&str; 7] = ["scene", "fps", "frames", "mode", "seed", "steps_per_frame", "limits"];
 
 impl Header {
     /// Reads the map that `animation` was given.
     pub fn read(map: &Map) -> Fallible<Header> {
-        let mut header =
-            Header { scene: None, rate: Rate::USUAL, frames: 1, mode: TimeMode::Clip, seed: 0, steps_per_frame: 1 };
+        let mut header = Header::default();
         for (key, value) in map {
             match key.as_str() {
                 "scene" => header.scene = Some(word(value, "scene")?.to_string()),
@@ -54,6 +70,7 @@ impl Header {
                     let most = u64::from(limits::STEPS_PER_FRAME);
                     header.steps_per_frame = whole(value, "steps_per_frame", 1, most)? as u32;
                 }
+                "limits" => header.limits.read(&allowance::map_of(value)?)?,
                 "seed" => header.seed = whole(value, "seed", 0, i64::MAX as u64)?,
                 "mode" => {
                     header.mode = match &*word(value, "mode")? {
@@ -128,8 +145,8 @@ impl FrameTime {
         self.t
     }
 
-    /// `offset` is in frames from the frame's own time. `t` stays in the range that its mode promises: a loop begins
-    /// anew, a clip stands still at its ends.
+    /// `offset` is in frames from the frame's own time. A loop begins anew; a clip goes on past its ends while the shutter
+    /// is open, so that its first and last frames are blurred as all the others are.
     pub fn new(header: &Header, number: u32, offset: f64, seed: u64, state: Dynamic) -> Self {
         let at = f64::from(number - 1) + offset;
         let t = match header.mode {
@@ -139,7 +156,7 @@ impl FrameTime {
                 let rest = at.rem_euclid(frames);
                 if rest < frames { rest / frames } else { 0.0 }
             }
-            TimeMode::Clip if header.frames > 1 => (at / f64::from(header.frames - 1)).clamp(0.0, 1.0),
+            TimeMode::Clip if header.frames > 1 => at / f64::from(header.frames - 1),
             TimeMode::Clip => 0.0,
         };
         let fps = header.rate.per_second();
@@ -185,7 +202,9 @@ pub const CHAPTER: Chapter = Chapter {
                  out; `frames`, their number, 1 to 1000000, default 1; `fps`, frames a second, above 0, default 24; `mode`, \
                  \"clip\" (t goes from 0 to 1, the default) or \"loop\" (t stops one frame before 1, which is the first \
                  again); `seed` of random numbers, whole, from 0, default 0; `steps_per_frame` of a \
-                 simulation, 1 to 1000, default 1",
+                 simulation, 1 to 1000, default 1; `limits`, a map of what one call of a function may use: `operations` (default \
+                 1e7), `seconds` of processor time (default 4), `memory` in MiB (default 512), `spawns` (entities, default \
+                 300000); -D limits.operations=1e9 does the same",
             )],
             example: "// animation(#{ scene: \"chess.ron\", fps: 24, frames: 96, mode: \"clip\" });",
             register: |engine| {
@@ -199,7 +218,8 @@ pub const CHAPTER: Chapter = Chapter {
             "t",
             "number",
             "Time from 0 to 1: the first frame is 0; the last is 1 in a clip, and one frame before 1 in a \
-            loop. While the shutter is open it is the time of the moment.",
+            loop. While the shutter is open it is the time of the moment: at the ends of a clip it goes on a little below 0 \
+            and above 1, so that these frames are blurred like all others.",
             "f.t >= 0.0     // true",
             |f: &mut FrameTime| f.t
         ),

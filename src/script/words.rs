@@ -3,10 +3,11 @@
 
 use ::rhai::{EvalAltResult, LexError, ParseErrorType};
 
+use super::allowance::Limit;
 use super::errors::Complaint;
 use super::sandbox::Stopped;
 use super::vocabulary::Vocabulary;
-use super::{rewrite, said};
+use super::{rewrite, said, sandbox};
 use crate::base::diagnostics::did_you_mean;
 use crate::base::limits;
 
@@ -93,13 +94,7 @@ fn no_list() -> Words {
 fn of_limits(error: &EvalAltResult) -> Words {
     use EvalAltResult as E;
     match error {
-        E::ErrorTerminated(token, _) if token.clone().try_cast::<Stopped>() == Some(Stopped::Memory) => with(
-            format!("the script holds more than {} MiB", limits::SCRIPT_BYTES >> 20),
-            "look for a list or text that grows without end",
-        ),
-        E::ErrorTooManyOperations(_) | E::ErrorTerminated(..) => {
-            with("the script runs for too long", "look for a loop that never ends")
-        }
+        E::ErrorTerminated(token, _) => stopped(token.clone().try_cast::<Stopped>()),
         E::ErrorSystem(what, why) => only(format!("{what}: {why}")),
         E::ErrorDataTooLarge(what, _) => {
             let (what, most) = match what.trim_start_matches("Size of ").trim_start_matches("Length of ") {
@@ -117,6 +112,29 @@ fn of_limits(error: &EvalAltResult) -> Words {
             let end = text.rfind(" (line ").unwrap_or(text.len());
             only(quoted(&text[..end]))
         }
+    }
+}
+
+/// Why the watch has stopped a script, and how it may go further.
+fn stopped(by: Option<Stopped>) -> Words {
+    let allowance = sandbox::allowance();
+    let raised = |limit: Limit, look: &str| format!("look for {look}, or {}", limit.how_to_raise(allowance.get(limit)));
+    match by {
+        Some(Stopped::Memory) => with(
+            format!("the script holds more than {} MiB", allowance.get(Limit::Memory)),
+            raised(Limit::Memory, "a list or text that grows without end"),
+        ),
+        Some(Stopped::Operations) => with(
+            format!(
+                "the script runs for too long: more than {} operations in one call",
+                allowance.get(Limit::Operations)
+            ),
+            raised(Limit::Operations, "a loop that never ends"),
+        ),
+        Some(Stopped::Time | Stopped::Mark) | None => with(
+            format!("the script runs for too long: more than {} s in one call", allowance.seconds()),
+            raised(Limit::Seconds, "a loop that never ends"),
+        ),
     }
 }
 

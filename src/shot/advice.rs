@@ -39,10 +39,17 @@ pub fn advice(shot: &mut Shot, fingerprints: &[Fingerprint]) -> Diagnostics {
                     `environment` or a material's `emission` light it too";
         found.push(at_script(shot, Diagnostic::warning(message).help(help)));
     }
+    found.0.extend(stepping(shot, count as u32));
     if let Some(unseen) = unseen(shot, &scenes, count) {
         found.push(unseen);
     }
     if let Some((first, scene)) = scenes.first() {
+        for (field, message) in idle_camera_fields(&scene.camera) {
+            let subject = Subject { part: ScenePart::Camera, component: None, field: Some(field) };
+            let mut warning = Diagnostic::warning(message).about(subject);
+            shot.input.find_place(&mut warning, *first);
+            found.push(warning);
+        }
         for (index, field, message) in idle_fields(scene) {
             let subject = Subject { part: ScenePart::Material(index), component: None, field: Some(field) };
             let mut warning = Diagnostic::warning(message).about(subject);
@@ -75,6 +82,76 @@ fn is_dark(scene: &Scene) -> bool {
         || scene.entities.iter().any(is_lamp)
         || scene.materials.iter().any(|(_, material)| emits(material));
     !is_lit && scene.entities.iter().any(|desc| shapes_of(desc).next().is_some())
+}
+
+/// Pairs of frames in which what moves is looked for.
+const PAIRS: u32 = 3;
+
+/// A warning about what differs from frame to frame and stands still while the shutter is open.
+fn stepping(shot: &Shot, count: u32) -> Option<Diagnostic> {
+    if !shot.is_sequence() || count < 2 {
+        return None;
+    }
+    let mut steps: Option<Vec<Moved>> = None;
+    for pair in 0..PAIRS.min(count - 1) {
+        let frame = 1 + pair * (count - 1) / PAIRS.min(count - 1);
+        let slices = shot.slices(frame).ok()?;
+        let next = shot.slices(frame + 1).ok()?;
+        let (first, last) = (slices.first()?, slices.last()?);
+        let moved: Vec<Moved> = differing(&first.edits, &next.first()?.edits);
+        let blurred = differing(&first.edits, &last.edits);
+        // One picture after another without a shutter has nothing to blur.
+        if slices.len() < 2 || moved.is_empty() {
+            return None;
+        }
+        let alone = moved.into_iter().filter(|one| !blurred.contains(one));
+        steps = Some(match steps {
+            None => alone.collect(),
+            Some(before) => alone.filter(|one| before.contains(one)).collect(),
+        });
+    }
+    let Moved(part) = *steps?.first()?;
+    let what = match part {
+        ScenePart::Entity(index) => shot.input.program.as_ref()?.1.entities.get(index)?.label(index),
+        ScenePart::Camera | ScenePart::Render | ScenePart::Material(_) => "the camera".into(),
+    };
+    let message =
+        format!("{what} moves from frame to frame and stands still while the shutter is open: it is not blurred");
+    let help = "let it move by `f.t` or `f.seconds`, which are those of each moment; `f.index` and `f.number` are not";
+    let mut warning = Diagnostic::warning(message).help(help).about(part);
+    shot.input.find_place(&mut warning, 1);
+    Some(warning)
+}
+
+/// Something whose place may be another one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Moved(ScenePart);
+
+/// What stands elsewhere under one list of edits than under another.
+fn differing(from: &[Edit], to: &[Edit]) -> Vec<Moved> {
+    let places = |edits: &[Edit]| -> FxHashMap<usize, Transform> {
+        let place = |edit: &Edit| {
+            let Edit::Put { entity, component: Component::Transform(transform) } = edit else { return None };
+            Some((*entity, transform.clone()))
+        };
+        edits.iter().filter_map(place).collect()
+    };
+    let view = |edits: &[Edit]| {
+        let view = |edit: &Edit| {
+            let Edit::Camera(camera) = edit else { return None };
+            Some([camera.from, camera.at, camera.up])
+        };
+        edits.iter().rev().find_map(view)
+    };
+    let (before, after) = (places(from), places(to));
+    let moves = |(entity, place): (&usize, &Transform)| {
+        before.get(entity).is_some_and(|known| known != place).then_some(Moved(ScenePart::Entity(*entity)))
+    };
+    let mut found: Vec<Moved> = after.iter().filter_map(moves).collect();
+    found.sort_by_key(|Moved(part)| if let ScenePart::Entity(index) = part { *index } else { usize::MAX });
+    let is_seen_from_elsewhere = view(from).zip(view(to)).is_some_and(|(a, b)| a != b);
+    found.extend(is_seen_from_elsewhere.then_some(Moved(ScenePart::Camera)));
+    found
 }
 
 /// Fields of materials that are given and that their models do not look at: which material, which field, and what to say.
@@ -113,6 +190,20 @@ fn idle_fields(scene: &Scene) -> Vec<(usize, &'static str, String)> {
     found
 }
 
+/// Fields of the camera that are given and that nothing looks at: which field, and what to say.
+fn idle_camera_fields(camera: &Camera) -> Vec<(&'static str, String)> {
+    let usual = Camera::default();
+    let is_parallel = camera.projection == Projection::Orthographic;
+    let has_view = camera.entity.is_none();
+    let idle = [
+        ("height", camera.height.is_some() && !is_parallel && has_view, "an `Orthographic` camera"),
+        ("fov", camera.fov != usual.fov && is_parallel && camera.height.is_some(), "a camera without `height`"),
+        ("blades", camera.blades > 0 && camera.lens_radius() == 0.0, "an open lens: give it an `aperture`"),
+    ];
+    let said = |(field, _, by): (&'static str, bool, &str)| (field, format!("camera: `{field}` is only used by {by}"));
+    idle.into_iter().filter(|(_, is_idle, _)| *is_idle).map(said).collect()
+}
+
 fn shapes_of(desc: &EntityDesc) -> impl Iterator<Item = &dyn Shape> {
     Kind::ALL.iter().filter_map(|kind| desc.get(*kind)?.shape())
 }
@@ -138,8 +229,8 @@ fn unseen(shot: &Shot, scenes: &[(u32, Scene)], count: usize) -> Option<Diagnost
     };
     let mut hidden: Vec<usize> = (0..scene.entities.len()).filter(is_meant).collect();
     for (_, scene) in scenes {
-        let view = View::new(&scene.camera, scene.render.size);
         let placements = Placements::new(scene);
+        let view = View::new(&placements.camera(), scene.render.size);
         hidden.retain(|index| {
             let map = placements.of(*index);
             let bounds = |shape| world_bounds(shape, &map).is_some_and(|bounds| view.misses(bounds));
@@ -164,32 +255,43 @@ fn unseen(shot: &Shot, scenes: &[(u32, Scene)], count: usize) -> Option<Diagnost
     Some(warning)
 }
 
-/// The pyramid that a camera sees.
+/// What a camera sees.
 struct View {
-    from: DVec3,
-    /// Normals of its sides and of the plane of the lens, inwards; each half space holds all that is seen.
-    sides: [DVec3; 5],
+    /// Half spaces that hold all that is seen: normals inwards, and the least product of a point within and the normal.
+    sides: Vec<(DVec3, f64)>,
     lens_radius: f64,
 }
 
 impl View {
     fn new(camera: &Camera, size: [u32; 2]) -> Self {
         let aspect = f64::from(size[0]) / f64::from(size[1].max(1));
-        let (axis, half_height) = (camera.axis(), camera.half_height(aspect));
+        let axis = camera.axis();
         let right = axis.cross(camera.up).normalize_or(DVec3::X);
         let up = right.cross(axis);
-        let side = |across: DVec3, half: f64| (axis * half + across).normalize_or_zero();
-        let half_width = half_height * aspect;
-        let sides =
-            [side(right, half_width), side(-right, half_width), side(up, half_height), side(-up, half_height), axis];
-        View { from: camera.from, sides, lens_radius: camera.lens_radius() }
+        let perspective = camera.half_height(aspect);
+        let parallel = camera.half_extent(aspect);
+        let shift = camera.shift * 2.0;
+        let from = camera.from;
+        // By direction across the picture: how many halves of it lie that way.
+        let ways = [(right, aspect, shift.x), (-right, aspect, -shift.x), (up, 1.0, shift.y), (-up, 1.0, -shift.y)];
+        let side = |(way, scale, shift): (DVec3, f64, f64)| match camera.projection {
+            Projection::Perspective => {
+                let normal = (axis * (perspective * scale * (1.0 + shift)) - way).normalize_or_zero();
+                Some((normal, from.dot(normal)))
+            }
+            Projection::Orthographic => Some((-way, -from.dot(way) - parallel * scale * (1.0 + shift))),
+            Projection::Equirectangular => None,
+        };
+        let ahead = (camera.projection != Projection::Equirectangular).then_some((axis, from.dot(axis)));
+        let sides = ways.into_iter().filter_map(side).chain(ahead).collect();
+        View { sides, lens_radius: camera.lens_radius() }
     }
 
     /// Whether a box lies outside. With an open lens whatever is near enough may show, so that sides give way by its width.
     fn misses(&self, [min, max]: [DVec3; 2]) -> bool {
-        self.sides.iter().any(|normal| {
+        self.sides.iter().any(|(normal, least)| {
             let nearest = (min * *normal).max(max * *normal).element_sum();
-            nearest - self.from.dot(*normal) < -4.0 * self.lens_radius
+            nearest - least < -4.0 * self.lens_radius
         })
     }
 }
@@ -204,6 +306,15 @@ impl<'a> Placements<'a> {
     fn new(scene: &'a Scene) -> Self {
         let named = |(index, desc): (usize, &'a EntityDesc)| desc.name.as_deref().map(|name| (name, index));
         Placements { scene, by_name: scene.entities.iter().enumerate().filter_map(named).collect() }
+    }
+
+    /// The camera, where the entity is that carries it, if one does.
+    fn camera(&self) -> Camera {
+        let camera = self.scene.camera.clone();
+        let carrier = camera.entity.as_deref().and_then(|name| self.by_name.get(name));
+        let Some(index) = carrier else { return camera };
+        let viewpoint = self.scene.entities[*index].get(Kind::Viewpoint).and_then(Viewpoint::of);
+        camera.carried(&self.of(*index), viewpoint)
     }
 
     fn of(&self, index: usize) -> DAffine3 {

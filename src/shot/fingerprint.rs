@@ -163,11 +163,16 @@ impl BaseFingerprint {
         &self.scene.camera
     }
 
+    /// The scene that frames start from; without entities where they are never edited.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
     /// For a scene whose entities and materials are never edited: their digests are all that is kept.
     pub fn without_entities(self) -> Self {
-        let Scene { camera, render, .. } = &*self.scene;
-        let (camera, render) = (camera.clone(), render.clone());
-        BaseFingerprint { scene: Arc::new(Scene { camera, render, ..Scene::default() }), ..self }
+        let Scene { camera, cameras, render, .. } = &*self.scene;
+        let (camera, cameras, render) = (camera.clone(), cameras.clone(), render.clone());
+        BaseFingerprint { scene: Arc::new(Scene { camera, cameras, render, ..Scene::default() }), ..self }
     }
 
     /// The digest of what a file holds that the scene names so; `None` if the text names none.
@@ -395,7 +400,7 @@ impl<'a> EditedScene<'a> {
                 self.spawned += 1;
             }
             Edit::Despawn { entity } => drop(self.entities.insert(*entity, None)),
-            Edit::Tags { .. } => {}
+            Edit::Cameras(_) | Edit::Tags { .. } => {}
         }
     }
 }

@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 use super::fingerprint::Fingerprint;
 use super::plan::PlannedFrame;
 use super::reuse::{LightGroupFilms, ReusePolicy};
-use super::{Shot, Slice, files, shutter};
+use super::{Shot, Slice, bands, files, moments, shutter};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, Subject};
 use crate::base::digest::Digest;
 use crate::components::{Aov, Edit, Filter, Integrator, Render, Scene};
@@ -145,6 +145,8 @@ impl Shot {
         let (mut render, mut whole) = (Render::default(), true);
         let Shot { stage, input, .. } = self;
         let slices = input.slices(planned.frame)?;
+        let parts = bands::settings_of(&slices, &input.settings).parts_of_moment();
+        let slices = moments::refined(slices, parts);
         input.with_slices(stage, planned.frame, slices, |stage, share| {
             files::load_all(stage)?;
             render = stage.settings();

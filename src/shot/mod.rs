@@ -15,6 +15,7 @@ mod description;
 mod files;
 pub mod fingerprint;
 pub mod live;
+mod moments;
 mod parts;
 pub mod plan;
 pub mod reuse;
@@ -34,7 +35,7 @@ use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, ScenePart};
 use crate::base::limits;
 use crate::base::project::{Access, FileRole, Folder, Project};
 use crate::base::rate::Rate;
-use crate::components::{Accel, Aov, Edit, Integrator, Render, Scene};
+use crate::components::{Accel, Aov, Camera, Edit, Integrator, Render, Scene};
 use crate::load;
 use crate::load::mesh::MeshFiles;
 use crate::output::names::Target;
@@ -48,6 +49,8 @@ pub struct Overrides {
     pub size: Option<[u32; 2]>,
     /// The part of the frame that is rendered: left, top, width and height in pixels.
     pub region: Option<[u32; 4]>,
+    /// The camera, by its name, that all frames are seen from.
+    pub camera: Option<String>,
     /// Samples per pixel.
     pub samples: Option<u32>,
     /// Seed of all sampling.
@@ -293,12 +296,33 @@ impl Input {
             }
             None => Vec::new(),
         };
+        if let Some(camera) = self.chosen_camera(&edits)? {
+            edits.push(Edit::Camera(camera));
+        }
         let render = shutter::last_render(&edits).cloned().unwrap_or_else(|| self.settings.clone());
         let changed = self.overrides.apply(render.clone());
         if changed != render {
             edits.push(Edit::Render(changed));
         }
         Ok(edits)
+    }
+
+    /// The camera that the command line chooses, as the edits of a frame leave it.
+    ///
+    /// # Errors
+    /// A name that no camera has.
+    fn chosen_camera(&self, edits: &[Edit]) -> Result<Option<Camera>, Diagnostics> {
+        let Some(name) = self.overrides.camera.as_deref() else { return Ok(None) };
+        let scene = self.base.scene();
+        let written = edits.iter().rev().find_map(|edit| if let Edit::Cameras(all) = edit { Some(all) } else { None });
+        let named = written.and_then(|all| all.iter().find(|(known, _)| &**known == name)).map(|(_, camera)| camera);
+        match named.or_else(|| scene.camera_named(name)) {
+            Some(camera) => Ok(Some(camera.clone())),
+            None => {
+                let problem = Diagnostic::error(format!("--camera {name}: there is no such camera"));
+                Err(problem.suggest(name, scene.cameras.iter().map(|(known, _)| &**known)).because(Cause::Usage).into())
+            }
+        }
     }
 
     /// Makes a frame in a World of this input and does something with it; then the frame's edits are taken back.

@@ -10,6 +10,7 @@ use rustc_hash::FxHashMap;
 
 use super::Shot;
 use super::bands::{self, BandedFrame, FrameSize};
+use super::moments;
 use super::plan::{Plan, PlannedFrame};
 use super::reuse::ReuseCache;
 pub use super::reuse::ReusePolicy;
@@ -320,6 +321,7 @@ fn render_frame(
     shot.stage.set_frames_left((run.len() - index) as u32);
     let slices = shot.input.slices(frame)?;
     let settings = bands::settings_of(&slices, &shot.input.settings).clone();
+    let slices = moments::refined(slices, settings.parts_of_moment());
     let size = bands::size_of_frame(&settings, factors.len() + 1);
     if size != FrameSize::Huge {
         reuse_cache.lend(shot, run, index, &mut partial);

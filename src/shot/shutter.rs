@@ -166,7 +166,9 @@ fn step(from: &[Edit], to: &[Edit]) -> Option<Vec<Edit>> {
 /// Whether an edit overwrites all that another has done.
 fn replaces(old: &Edit, new: &Edit) -> bool {
     match (old, new) {
-        (Edit::Camera(_), Edit::Camera(_)) | (Edit::Render(_), Edit::Render(_)) => true,
+        (Edit::Camera(_), Edit::Camera(_))
+        | (Edit::Cameras(_), Edit::Cameras(_))
+        | (Edit::Render(_), Edit::Render(_)) => true,
         (Edit::Material { index: a, .. }, Edit::Material { index: b, .. }) => a == b,
         (Edit::Put { entity: a, component: old }, Edit::Put { entity: b, component: new }) => {
             a == b && old.kind() == new.kind()
@@ -174,6 +176,7 @@ fn replaces(old: &Edit, new: &Edit) -> bool {
         (Edit::Tags { entity: a, .. }, Edit::Tags { entity: b, .. }) => a == b,
         (
             Edit::Camera(_)
+            | Edit::Cameras(_)
             | Edit::Render(_)
             | Edit::Material { .. }
             | Edit::Put { .. }

@@ -5,7 +5,7 @@
 
 use hecs::EntityBuilder;
 
-use super::stage::{Despawned, Name, Stage, Tags, put, take};
+use super::stage::{Despawned, Name, NamedCameras, Stage, Tags, put, take};
 use super::{extract, hierarchy, spawn};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart};
 use crate::components::*;
@@ -15,6 +15,7 @@ pub struct Undo(Vec<Inverse>);
 
 enum Inverse {
     Camera(Camera),
+    Cameras(Vec<(Text, Camera)>),
     Render(Render),
     Material(usize, Material),
     RemoveMaterial,
@@ -57,6 +58,13 @@ fn apply(stage: &mut Stage, edit: Edit) -> Result<Inverse, Diagnostic> {
         Edit::Camera(camera) => {
             camera.check().map_err(|e| spawn::invalid("the scene", "camera", e, ScenePart::Camera))?;
             Inverse::Camera(set_camera(stage, camera))
+        }
+        Edit::Cameras(cameras) => {
+            for (name, camera) in &cameras {
+                let owner = format!("camera `{name}`");
+                camera.check().map_err(|e| spawn::invalid("the scene", &owner, e, ScenePart::Camera))?;
+            }
+            Inverse::Cameras(set_cameras(stage, cameras))
         }
         Edit::Render(render) => {
             render.check().map_err(|e| spawn::invalid("the scene", "render", e, ScenePart::Render))?;
@@ -127,6 +135,7 @@ fn gone(index: usize) -> Diagnostic {
 fn revert(stage: &mut Stage, inverse: Inverse) {
     match inverse {
         Inverse::Camera(camera) => drop(set_camera(stage, camera)),
+        Inverse::Cameras(cameras) => drop(set_cameras(stage, cameras)),
         Inverse::Render(render) => drop(set_render(stage, render)),
         Inverse::Material(index, material) => drop(set_material(stage, index, material)),
         Inverse::RemoveMaterial => {
@@ -165,6 +174,12 @@ fn revert(stage: &mut Stage, inverse: Inverse) {
 fn set_camera(stage: &mut Stage, camera: Camera) -> Camera {
     let old = stage.camera();
     let _ = stage.world.insert_one(stage.camera, camera);
+    old
+}
+
+fn set_cameras(stage: &mut Stage, cameras: Vec<(Text, Camera)>) -> Vec<(Text, Camera)> {
+    let old = stage.named_cameras();
+    let _ = stage.world.insert_one(stage.camera, NamedCameras(cameras));
     old
 }
 

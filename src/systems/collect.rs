@@ -19,6 +19,7 @@ pub fn collect(stage: &Stage) -> Scene {
     };
     Scene {
         camera: stage.camera(),
+        cameras: stage.named_cameras(),
         render: stage.settings(),
         materials: stage.materials.iter().filter_map(material).collect(),
         entities: (0..stage.entities.len()).filter_map(desc).collect(),

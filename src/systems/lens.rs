@@ -1,6 +1,6 @@
 //! The World's camera -> camera rays: where the lens is focused, and the seed that goes with the pose.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
 
 use super::extract::find;
 use super::hierarchy::Placement;
@@ -8,7 +8,7 @@ use super::origin::origin_for;
 use super::stage::Stage;
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::base::random::hash_words;
-use crate::components::{Camera, Check, Focus, Viewpoint};
+use crate::components::{Camera, Check, Focus, Projection, Viewpoint};
 use crate::trace::camera::CameraRays;
 
 /// Camera rays for the World as it stands.
@@ -40,17 +40,14 @@ pub fn placed_camera(stage: &Stage) -> Result<Camera, Diagnostic> {
     })?;
     let entity = stage.entities[index];
     let map = stage.world.get::<&Placement>(entity).map_or(DAffine3::IDENTITY, |placement| placement.0);
-    let (ahead, up) = ((-map.matrix3.z_axis).normalize_or_zero(), map.matrix3.y_axis.normalize_or_zero());
-    let fov = stage.world.get::<&Viewpoint>(entity).map_or(camera.fov, |viewpoint| viewpoint.fov);
-    let focal_length = camera.focal_length.filter(|_| stage.world.get::<&Viewpoint>(entity).is_err());
-    let from = map.translation;
-    let at = from + ahead * camera.from.distance(camera.at);
-    let f_stop = camera.f_stop.filter(|_| focal_length.is_some());
-    let aperture = camera.lens_radius();
-    let placed = Camera { from, at, up, fov, focal_length, f_stop, aperture, ..camera };
-    placed
-        .check()
-        .map_err(|_| Diagnostic::error(format!("the camera is carried by `{name}`, which is scaled to nothing")))?;
+    let viewpoint = stage.world.get::<&Viewpoint>(entity).ok();
+    let placed = camera.carried(&map, viewpoint.as_deref());
+    placed.check().map_err(|invalid| match invalid.field {
+        "at" | "up" | "from" => {
+            Diagnostic::error(format!("the camera is carried by `{name}`, which is scaled to nothing"))
+        }
+        _ => Diagnostic::error(format!("the camera is carried by `{name}`: {}", invalid.message)),
+    })?;
     Ok(placed)
 }
 
@@ -88,6 +85,10 @@ const FOCUS: Subject = Subject { part: ScenePart::Camera, component: None, field
 pub fn pose_seed(camera: &Camera) -> u64 {
     let numbers = [camera.from, camera.at, camera.up].into_iter().flat_map(|v| v.to_array());
     let optics = [camera.fov, camera.focal_length.unwrap_or(0.0), camera.sensor_width];
+    // What few cameras have counts where it is there.
+    let lies_otherwise = camera.projection != Projection::Perspective || camera.shift != DVec2::ZERO;
+    let layout = [camera.projection as u8 as f64, camera.height.unwrap_or(0.0), camera.shift.x, camera.shift.y];
+    let optics = optics.into_iter().chain(layout.into_iter().filter(|_| lies_otherwise));
     // Adding zero makes -0 and 0 the same pose.
     hash_words(numbers.chain(optics).map(|x| (x + 0.0).to_bits()))
 }

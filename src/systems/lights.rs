@@ -98,12 +98,12 @@ pub fn lights(stage: &Stage, groups: &LightGroups) -> Result<Vec<Lamp>, Diagnost
 
 fn of_point(light: &PointLight, map: &DAffine3, widened: f64) -> Lamp {
     let edges = [DVec3::X * widened, DVec3::Y * widened];
-    lamp(map.transform_point3(light.position), edges, light.color * light.intensity, light.falloff)
+    lamp(map.transform_point3(light.position), edges, light.emitted(), light.falloff)
 }
 
 fn of_area(light: &AreaLight, map: &DAffine3) -> Lamp {
     let edges = light.edge_vectors().map(|e| map.transform_vector3(e));
-    let lamp = lamp(map.transform_point3(light.position), edges, light.color * light.intensity, light.falloff);
+    let lamp = lamp(map.transform_point3(light.position), edges, light.emitted(), light.falloff);
     Lamp { visible: light.visible, ..lamp }
 }
 
@@ -111,7 +111,7 @@ fn of_spot(light: &SpotLight, map: &DAffine3, widened: f64) -> Lamp {
     let axis = map.transform_vector3(light.direction).normalize_or_zero().as_vec3();
     let [inner, outer] = [light.inner_angle, light.outer_angle].map(|angle| sin_cos_degrees(angle).1 as f32);
     let edges = [DVec3::X * widened, DVec3::Y * widened];
-    let lamp = lamp(map.transform_point3(light.position), edges, light.color * light.intensity, light.falloff);
+    let lamp = lamp(map.transform_point3(light.position), edges, light.emitted(), light.falloff);
     Lamp { cone: LampCone::new(axis, inner, outer), ..lamp }
 }
 
@@ -119,7 +119,7 @@ fn of_directional(light: &DirectionalLight, map: &DAffine3) -> Lamp {
     let toward = -map.transform_vector3(light.direction).normalize_or_zero();
     let (sin, cos) = sin_cos_degrees(light.angle / 2.0);
     let (a, b) = toward.any_orthonormal_pair();
-    let disk = lamp(toward, [a, b].map(|axis| axis * (sin / cos)), light.color * light.intensity, Falloff::Constant);
+    let disk = lamp(toward, [a, b].map(|axis| axis * (sin / cos)), light.emitted(), Falloff::Constant);
     Lamp { normal: Vec3::ZERO, distant: true, ..disk }
 }
 

@@ -168,7 +168,7 @@ pub fn affected_entities(stage: &Stage, edits: &[Edit]) -> Option<BTreeSet<usize
             Edit::Material { index, .. } => drop(materials.insert(*index)),
             // The numbers of materials are part of a picture's layers.
             Edit::AddMaterial { .. } => return None,
-            Edit::Camera(_) | Edit::Render(_) | Edit::Tags { .. } | Edit::Spawn(_) => {}
+            Edit::Camera(_) | Edit::Cameras(_) | Edit::Render(_) | Edit::Tags { .. } | Edit::Spawn(_) => {}
         }
     }
     if !materials.is_empty() {

@@ -3,7 +3,9 @@
 use hecs::{EntityBuilder, World};
 
 use super::hierarchy;
-use super::stage::{AuthoredIndex, DerivedCache, LoadedFiles, MaterialIndex, Name, Revisions, Stage, Tags, add};
+use super::stage::{
+    AuthoredIndex, DerivedCache, LoadedFiles, MaterialIndex, Name, NamedCameras, Revisions, Stage, Tags, add,
+};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::base::limits;
 use crate::components::*;
@@ -14,7 +16,7 @@ use crate::components::*;
 /// Diagnostics that name the entity: a name given twice, an unknown material or parent, a cycle of parents.
 pub fn spawn(scene: Scene) -> Result<Stage, Diagnostics> {
     let mut world = World::new();
-    let camera = world.spawn((scene.camera,));
+    let camera = world.spawn((scene.camera, NamedCameras(scene.cameras)));
     let settings = world.spawn((scene.render,));
     let mut stage = Stage {
         world,

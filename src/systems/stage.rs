@@ -23,6 +23,9 @@ pub struct AuthoredIndex(pub u32);
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Name(pub Text);
 
+/// Beside the camera of the World: those that may take its place.
+pub(super) struct NamedCameras(pub Vec<(Text, Camera)>);
+
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tags(pub Vec<Text>);
 
@@ -138,6 +141,11 @@ impl Stage {
     /// The camera, as edits left it.
     pub fn camera(&self) -> Camera {
         copy(&self.world, self.camera)
+    }
+
+    /// The cameras that may be chosen, by name.
+    pub fn named_cameras(&self) -> Vec<(Text, Camera)> {
+        self.world.get::<&NamedCameras>(self.camera).map(|all| all.0.clone()).unwrap_or_default()
     }
 
     /// Settings of the picture, as edits left them.

@@ -25,7 +25,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("rhai", &["script"]),
     ("csv", &["script"]),
     ("ron", &["load"]),
-    ("earcutr", &["load"]),
+    ("earcutr", &["load", "components"]),
     ("jpeg_decoder", &["load"]),
     ("png", &["output"]),
     ("exr", &["load", "output"]),

@@ -246,3 +246,74 @@ fn a_mistake_between_frames_is_found_and_keeps_to_its_frame() {
     sandbox.write("behind.rhai", behind);
     sandbox.anim("check behind.rhai").fails(3, &["in frame 2: the camera is focused on the point, which is behind it"]);
 }
+
+/// The mean brightness of each column of a frame.
+fn columns(sandbox: &Sandbox, frame: u32) -> Vec<f64> {
+    let picture = picture(sandbox, &format!("out/show.{frame:04}.png"));
+    let column = |x: u32| (0..picture.height()).map(|y| f64::from(picture.get_pixel(x, y).0[0])).sum::<f64>();
+    (0..picture.width()).map(|x| column(x) / f64::from(picture.height())).collect()
+}
+
+#[test]
+fn the_ends_of_a_clip_are_blurred_as_its_middle_is() {
+    let sandbox = Sandbox::new();
+    // A ball that goes 12 pixels from frame to frame: six of them while the shutter is open.
+    sandbox.write("ball.ron", ball(3.0, 0.0, "shutter: (-0.25, 0.25)", "samples: 64, shutter_slices: 64")).write(
+        "show.rhai",
+        "animation(#{ scene: \"ball.ron\", frames: 3 });
+         fn frame(s, f) { let ball = s.entities()[0]; ball.translation = [2.4 * f.t - 1.2, 0, 0]; }",
+    );
+    sandbox.anim("show.rhai -o out/").ok();
+    let middle = columns(&sandbox, 2);
+    for (frame, shift) in [(1, -12i32), (3, 12)] {
+        let moved = columns(&sandbox, frame);
+        for (x, value) in middle.iter().enumerate() {
+            let there = usize::try_from(x as i32 + shift).ok().and_then(|x| moved.get(x));
+            assert!(there.is_none_or(|there| (there - value).abs() < 4.0), "frame {frame}, column {x}");
+        }
+    }
+}
+
+#[test]
+fn what_moves_by_the_frames_number_is_said_to_be_sharp() {
+    let sandbox = Sandbox::new();
+    let show = |shutter: &str, by: &str| {
+        let text = format!(
+            "animation(#{{ scene: \"ball.ron\", frames: 8 }});
+             fn frame(s, f) {{ s.camera.shutter = {shutter}; s.get(\"ball\").translation.x = 0.1 * {by}; }}"
+        );
+        sandbox.write("ball.ron", "(entities: [(name: \"ball\", sphere: ()), (point_light: (position: (0, 5, 5)))])");
+        sandbox.write("show.rhai", text).anim("check show.rhai").ok().stderr
+    };
+    let said = show("[0, 0.5]", "f.index");
+    assert!(
+        said.contains("show.rhai:2:") && said.contains("`ball` moves from frame to frame and stands still"),
+        "{said}"
+    );
+    for (shutter, by) in
+        [("[0, 0.5]", "f.seconds"), ("[0, 0.5]", "(f.index + f.t)"), ("[0, 0]", "f.index"), ("[0, 1]", "3")]
+    {
+        let said = show(shutter, by);
+        assert!(!said.contains("stands still"), "{shutter} {by}: {said}");
+    }
+}
+
+/// A small ball that flies past in few moments leaves a smear, and not a row of beads.
+#[test]
+fn what_flies_fast_leaves_no_beads() {
+    let sandbox = Sandbox::new();
+    // Fifteen pixels while the shutter is open, in four moments: a step is longer than the ball is wide.
+    sandbox.write("ball.ron", ball(1.5, 0.0, "shutter: (0.0, 0.5)", "samples: 64, shutter_slices: 4")).write(
+        "show.rhai",
+        "animation(#{ scene: \"ball.ron\", frames: 3 });
+         fn frame(s, f) { let ball = s.entities()[0]; ball.translation = [3.0 * (f.seconds * f.fps - 0.25), 0, 0]; }",
+    );
+    sandbox.anim("show.rhai --frames 1 -o out/").ok();
+    let dark = |x: usize| 255.0 - columns(&sandbox, 1)[x];
+    let (first, last) = (dark(12), dark(34));
+    // Its middle goes from column 16.5 to 31.5.
+    let columns: Vec<f64> = (18..30).map(dark).collect();
+    let mean = columns.iter().sum::<f64>() / columns.len() as f64;
+    assert!(columns.iter().all(|one| (one / mean - 1.0).abs() < 0.3), "{columns:?}");
+    assert!(first < 0.2 * mean && last < 0.2 * mean, "{first} {last} {mean}");
+}

@@ -171,3 +171,86 @@ fn editors_get_mistakes_and_warnings_with_their_places() {
     assert_eq!(lines[1]["diagnostics"][0]["severity"], "warning");
     assert!(outcome.stderr.is_empty(), "{}", outcome.stderr);
 }
+
+#[test]
+fn limits_are_raised_by_the_header_and_the_command_line() {
+    let sandbox = Sandbox::new();
+    let show = |header: &str, body: &str| {
+        let text = format!("animation(#{{ {header} }});\nfn frame(s, f) {{ {body} }}");
+        sandbox.write("a.rhai", text);
+    };
+    let busy = "let n = 0; for i in 0..2000 { n += i; }";
+    show("limits: #{ operations: 2000 }", busy);
+    let help = "allow more with animation(#{ limits: #{ operations: 20000 } }) or -D limits.operations=20000";
+    let said = ["a.rhai:2:", "the script runs for too long: more than 2000 operations in one call", help];
+    sandbox.anim("check a.rhai").fails(3, &said);
+    sandbox.anim("check a.rhai -D limits.operations=1e5").ok();
+    show("limits: #{ operations: param(\"most\", 1e5) }", busy);
+    sandbox.anim("check a.rhai").ok();
+    sandbox.anim("check a.rhai -D most=2000").fails(3, &["more than 2000 operations"]);
+    // They hold for the rest of the top level, too.
+    sandbox.write("top.rhai", "animation(#{ limits: #{ operations: 2000 } });\nloop { }\nfn frame(s, f) { }");
+    sandbox.anim("check top.rhai").fails(3, &["top.rhai:2:", "more than 2000 operations"]);
+    show("limits: #{ memory: 24 }", "let all = []; loop { all.push([f.index, 0.5, \"abc\"]); }");
+    sandbox.anim("check a.rhai").fails(3, &["a.rhai:2:", "the script holds more than 24 MiB", "-D limits.memory=240"]);
+    show("limits: #{ spawns: 3 }", "for i in 0..9 { s.spawn(#{ sphere: #{} }); }");
+    sandbox.anim("check a.rhai").fails(3, &["a.rhai:2:", "more than 3 entities", "-D limits.spawns=30"]);
+    sandbox.anim("check a.rhai -D limits.spawns=9").ok();
+    show("limits: #{ operatoins: 5 }", "");
+    sandbox
+        .anim("check a.rhai")
+        .fails(3, &["a.rhai:1:", "there is no limit `operatoins`", "did you mean `operations`?"]);
+    show("limits: #{ operations: 1e30 }", "");
+    sandbox.anim("check a.rhai").fails(3, &["the limit `operations` goes from 1 to 50000000000"]);
+    show("", "");
+    sandbox.anim("check a.rhai -D limits.time=5").fails(2, &["-D limits.time=5: there is no limit `time`"]);
+}
+
+/// Long lists cost what is done with them, and not what is in them.
+#[test]
+fn lists_grow_as_long_as_data_is() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "long.rhai",
+        "animation(#{ frames: 1 });
+         fn setup(s) {
+             let all = [];
+             for i in 0..100_000 { all.push(i * 0.5); }
+             let map = #{};
+             for i in 0..40_000 { map[`k${i}`] = i; }
+             all[99_999] += map.k7;
+             s.camera.fov = all[99_999] / 50_000 * 10 + all.len() / 100_000;
+         }
+         fn frame(s, f) { }",
+    );
+    let dumped = sandbox.anim("dump long.rhai --frame 1").ok().stdout;
+    assert!(dumped.contains("fov: 11.0013"), "{dumped}");
+}
+
+/// Whatever a script calls the scene and the frame, and wherever it keeps them.
+#[test]
+fn the_scene_may_have_any_name() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "a.rhai",
+        "animation(#{ frames: 2 });
+         fn build(world) { world.spawn(#{ name: \"a\", sphere: #{} }); world.get(\"a\").yaw = 3; }
+         fn setup(stage) {
+             build(stage);
+             let all = #{ stage: stage };
+             all.stage.get(\"a\").pitch = 4;
+             stage.add_material(\"m\", #{});
+         }
+         fn frame(stage, time) {
+             stage.get(\"a\").translation.y = time.t;
+             stage.material(\"m\").color = [1, 0, 0];
+             stage.camera.fov = 30;
+         }",
+    );
+    let dumped = sandbox.anim("dump a.rhai --frame 2").ok().stdout;
+    assert!(
+        dumped.contains("rotation: (4.0, 3.0, 0.0)") && dumped.contains("translation: (0.0, 1.0, 0.0)"),
+        "{dumped}"
+    );
+    assert!(dumped.contains("color: (1.0, 0.0, 0.0)") && dumped.contains("fov: 30.0"), "{dumped}");
+}

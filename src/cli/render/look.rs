@@ -15,6 +15,9 @@ pub struct LookArguments {
     /// a PNG holds the part alone, an EXR says where in the frame it lies
     #[arg(long, value_name = "X,Y,W,H", value_parser = parse_region)]
     region: Option<Region>,
+    /// Render from one of the scene's `cameras`, whatever the script chooses
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
     /// Samples per pixel, over the scene's; rounded down to a square
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=limits::SAMPLES as i64))]
     spp: Option<u32>,
@@ -59,7 +62,8 @@ impl LookArguments {
             let names: Vec<String> = aovs.0.iter().map(|aov| format!("{aov:?}").to_lowercase()).collect();
             if names.is_empty() { "none".into() } else { names.join(",") }
         };
-        let given: [(&str, Option<String>); 9] = [
+        let given: [(&str, Option<String>); 10] = [
+            ("--camera", self.camera.clone()),
             ("--size", self.size.map(|[width, height]| format!("{width}x{height}"))),
             ("--region", self.region.map(|Region(sides)| sides.map(|side| side.to_string()).join(","))),
             ("--spp", self.spp.map(|spp| spp.to_string())),
@@ -90,6 +94,7 @@ impl LookArguments {
         Overrides {
             size: self.size,
             region: self.region.map(|region| region.0),
+            camera: self.camera.clone(),
             samples: self.spp,
             seed: self.seed,
             integrator: self.integrator,

@@ -267,7 +267,7 @@ impl Reader {
         self.expect(scan, "resolution")?;
         let [width, height] = self.numbers(scan)?;
         let [from, at, up] = three;
-        let viewpoint = Viewpoint { fov };
+        let viewpoint = Viewpoint { fov, ..Viewpoint::default() };
         if from == at || viewpoint.check().is_err() {
             return self.fail(scan, word, "this view shows nothing: `from` is `at`, or `angle` is out of range");
         }

@@ -224,11 +224,16 @@ json! {
         #[serde(rename = "type")]
         projection: String,
         perspective: PerspectiveJson,
+        orthographic: OrthographicJson,
     }
 }
 
 json! {
     PerspectiveJson { yfov: Option<f64> }
+}
+
+json! {
+    OrthographicJson { ymag: Option<f64> }
 }
 
 json! {

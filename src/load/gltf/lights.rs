@@ -59,7 +59,7 @@ impl Document {
             bag.put(self.light(light.0, path, warnings)?);
         }
         if let Some(camera) = node.camera {
-            bag.put(self.viewpoint(camera.0, warnings)?.into());
+            bag.put(self.viewpoint(camera.0)?.into());
         }
         Ok(())
     }
@@ -104,7 +104,7 @@ impl Document {
         }
     }
 
-    fn viewpoint(&self, index: usize, warnings: &mut Warnings) -> Result<Viewpoint, Problem> {
+    fn viewpoint(&self, index: usize) -> Result<Viewpoint, Problem> {
         let path = at("cameras", index);
         let Some(camera) = self.root.cameras.get(index) else {
             let count = self.root.cameras.len();
@@ -113,13 +113,12 @@ impl Document {
         let viewpoint = match camera.projection.as_str() {
             "perspective" => {
                 let fov = camera.perspective.yfov.unwrap_or(0.0).to_degrees();
-                Viewpoint { fov }
+                Viewpoint { fov, ..Viewpoint::default() }
             }
             "orthographic" => {
-                warnings.add("orthographic", || {
-                    Problem::new(path.clone(), "an orthographic camera is shown with perspective")
-                });
-                Viewpoint::default()
+                // Half of what the picture spans.
+                let height = camera.orthographic.ymag.map(|half| 2.0 * half.abs());
+                Viewpoint { projection: Projection::Orthographic, height, ..Viewpoint::default() }
             }
             other => return Err(Problem::new(field(path, "type"), format!("unknown type `{other}` of a camera"))),
         };

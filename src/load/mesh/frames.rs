@@ -105,8 +105,11 @@ impl MeshFiles {
             return Err(Diagnostics(problems));
         }
         // Materials are there before what is made of them.
-        let early = |edit: &Edit| {
-            matches!(edit, Edit::Camera(_) | Edit::Render(_) | Edit::Material { .. } | Edit::AddMaterial { .. })
+        let early = |edit: &Edit| match edit {
+            Edit::Camera(_) | Edit::Cameras(_) | Edit::Render(_) | Edit::Material { .. } | Edit::AddMaterial { .. } => {
+                true
+            }
+            Edit::Put { .. } | Edit::Take { .. } | Edit::Tags { .. } | Edit::Spawn(_) | Edit::Despawn { .. } => false,
         };
         let at = edits.iter().position(|edit| !early(edit)).unwrap_or(edits.len());
         let new = added.drain(first_new..).map(|(name, material)| Edit::AddMaterial { name, material });
@@ -169,6 +172,7 @@ fn mesh_of(edit: &Edit) -> Option<&Mesh> {
         Edit::Put { component, .. } => Some(component),
         Edit::Spawn(desc) => desc.get(Kind::Mesh),
         Edit::Camera(_)
+        | Edit::Cameras(_)
         | Edit::Render(_)
         | Edit::Material { .. }
         | Edit::AddMaterial { .. }

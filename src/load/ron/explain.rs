@@ -63,6 +63,7 @@ impl Explainer<'_> {
             match child.key.as_deref() {
                 Some("camera") => self.scene.camera = self.record::<Camera>(node, "camera").unwrap_or_default(),
                 Some("render") => self.scene.render = self.record::<Render>(node, "render").unwrap_or_default(),
+                Some("cameras") => self.cameras(node),
                 Some("materials") => self.materials(node),
                 Some("entities") => self.entities(node),
                 _ => {}
@@ -109,19 +110,35 @@ impl Explainer<'_> {
         is_digits(whole.trim_start_matches(['-', '+'])) && between == "," && is_digits(decimals)
     }
 
-    fn materials(&mut self, node: &SyntaxNode) {
+    /// The members of a map by their names, each of which is there once; the others are reported.
+    fn named<'n>(&mut self, node: &'n SyntaxNode, (one, example): (&str, &str)) -> Vec<(&'n str, &'n SyntaxNode)> {
+        let mut good: Vec<(&str, &SyntaxNode)> = Vec::new();
         for child in &node.children {
             let name = child.key.as_deref().unwrap_or("");
             if child.key.is_none() || !self.text[child.key_start..].starts_with('"') {
-                let help = Some("write materials as { \"name\": (color: (0.8, 0.2, 0.1)) }".into());
-                self.report((child.value.start, child.value.end), "a material needs a name in quotes".into(), help);
+                let help = Some(format!("write {one}s as {{ \"name\": {example} }}"));
+                self.report((child.value.start, child.value.end), format!("a {one} needs a name in quotes"), help);
                 continue;
             }
-            if self.scene.material_index(name).is_some() {
-                self.report((child.key_start, child.key_end), format!("two materials are called `{name}`"), None);
+            if good.iter().any(|(known, _)| *known == name) {
+                self.report((child.key_start, child.key_end), format!("two {one}s are called `{name}`"), None);
             }
-            let material = self.record::<Material>(&child.value, &format!("material `{name}`"));
+            good.push((name, &child.value));
+        }
+        good
+    }
+
+    fn materials(&mut self, node: &SyntaxNode) {
+        for (name, node) in self.named(node, ("material", "(color: (0.8, 0.2, 0.1))")) {
+            let material = self.record::<Material>(node, &format!("material `{name}`"));
             self.scene.materials.push((name.into(), material.unwrap_or_default()));
+        }
+    }
+
+    fn cameras(&mut self, node: &SyntaxNode) {
+        for (name, node) in self.named(node, ("camera", "(from: (0.0, 1.0, 2.0))")) {
+            let camera = self.record::<Camera>(node, &format!("camera `{name}`"));
+            self.scene.cameras.push((name.into(), camera.unwrap_or_default()));
         }
     }
 

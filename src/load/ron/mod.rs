@@ -24,42 +24,48 @@ pub(super) fn options() -> ::ron::Options {
 }
 
 /// Sections of a scene file.
-const SECTIONS: [&str; 4] = ["camera", "render", "materials", "entities"];
+const SECTIONS: [&str; 5] = ["camera", "cameras", "render", "materials", "entities"];
 
 #[derive(Default, Deserialize)]
 #[serde(default, deny_unknown_fields, rename = "Scene")]
 struct SceneFile {
     camera: Camera,
+    cameras: Named<Camera>,
     render: Render,
-    materials: NamedMaterials,
+    materials: Named<Material>,
     entities: Vec<EntityDesc>,
 }
 
-/// Named materials in the order of the file.
-#[derive(Default)]
-struct NamedMaterials(Vec<(Text, Material)>);
+/// Things with names, in the order of the file.
+struct Named<T>(Vec<(Text, T)>);
 
-impl<'de> Deserialize<'de> for NamedMaterials {
+impl<T> Default for Named<T> {
+    fn default() -> Self {
+        Named(Vec::new())
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct InOrder;
-        impl<'de> Visitor<'de> for InOrder {
-            type Value = NamedMaterials;
+        struct InOrder<T>(std::marker::PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for InOrder<T> {
+            type Value = Named<T>;
             fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("a map of materials: { \"name\": (...) }")
+                f.write_str("a map of names: { \"name\": (...) }")
             }
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<NamedMaterials, A::Error> {
-                let mut all: Vec<(Text, Material)> = Vec::new();
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Named<T>, A::Error> {
+                let mut all: Vec<(Text, T)> = Vec::new();
                 let mut names = rustc_hash::FxHashSet::default();
-                while let Some((name, material)) = map.next_entry::<Text, Material>()? {
+                while let Some((name, one)) = map.next_entry::<Text, T>()? {
                     if !names.insert(name.clone()) {
-                        return Err(A::Error::custom(format!("two materials are called `{name}`")));
+                        return Err(A::Error::custom(format!("`{name}` is there twice")));
                     }
-                    all.push((name, material));
+                    all.push((name, one));
                 }
-                Ok(NamedMaterials(all))
+                Ok(Named(all))
             }
         }
-        deserializer.deserialize_map(InOrder)
+        deserializer.deserialize_map(InOrder(std::marker::PhantomData))
     }
 }
 
@@ -82,9 +88,9 @@ pub fn parse(text: &str, file: &str, base: &Folder) -> Result<(Scene, Diagnostic
             return Err(found);
         }
     };
-    let SceneFile { camera, render, materials, entities } = read;
-    let mut scene =
-        Scene { camera, render, materials: materials.0, entities, base: base.clone(), images: ImageCache::default() };
+    let SceneFile { camera, cameras: Named(cameras), render, materials: Named(materials), entities } = read;
+    let (base, images) = (base.clone(), ImageCache::default());
+    let mut scene = Scene { camera, cameras, render, materials, entities, base, images };
     match assemble::assemble(&mut scene) {
         Ok(warnings) => Ok((scene, Diagnostics(warnings))),
         Err(Wrong { problems, found }) => {

@@ -13,6 +13,7 @@ use crate::base::diagnostics::{Diagnostic, Diagnostics, Place};
 use crate::base::limits;
 use crate::base::project::Project;
 use crate::script::Moment;
+use crate::script::allowance::{Allowance, Limit};
 use crate::script::said::Journal;
 
 /// A call with the scene that it started from.
@@ -25,6 +26,8 @@ pub struct Autopsy<'a> {
     pub project: &'a Project,
     /// The call; the opening itself if there is none.
     pub call: Option<SentCall<'a>>,
+    /// What the call may use, as far as that is known.
+    pub allowance: Allowance,
 }
 
 /// Steps between two that are told at first.
@@ -32,7 +35,7 @@ const STRIDE: u64 = 1_024;
 
 /// The end of a process as an error of its script.
 pub fn explain(autopsy: &Autopsy, death: &Death, looks_for_line: bool) -> Diagnostics {
-    let (message, help) = cause(death);
+    let (message, help) = cause(death, autopsy.allowance);
     let frame = autopsy.call.and_then(|(_, time)| time).map(|(number, _)| format!("in frame {number}: "));
     let place = if looks_for_line { autopsy.place(death) } else { None };
     let place = place.unwrap_or_else(|| Place::file(shown(&autopsy.opening.path)));
@@ -44,22 +47,29 @@ fn shown(path: &Path) -> Arc<str> {
 }
 
 /// What has ended the process, as far as that can be told.
-fn cause(death: &Death) -> (String, &'static str) {
+fn cause(death: &Death, allowance: Allowance) -> (String, String) {
     let said = |text: &str| death.said.contains(text);
     if death.overdue_at.is_some() || is_signal(death, "SIGXCPU") {
-        let message = format!("one operation of the script takes longer than {} s", limits::SCRIPT_SECONDS_AT_MOST);
-        return (message, "look for an operation on a very long list or text");
+        let seconds = allowance.seconds() + limits::SCRIPT_SECONDS_OF_GRACE;
+        let message = format!("one operation of the script takes longer than {seconds} s");
+        let more = Limit::Seconds.how_to_raise(allowance.get(Limit::Seconds));
+        return (message, format!("look for an operation on a very long list or text, or {more}"));
     }
     if said("memory allocation of") {
-        let message = format!("one operation of the script needs more than {} MiB", limits::SCRIPT_BYTES >> 20);
-        return (message, "look for an operation that makes a very long list or text");
+        let mebibytes = allowance.get(Limit::Memory);
+        let message = format!("one operation of the script needs more than {mebibytes} MiB");
+        let more = Limit::Memory.how_to_raise(mebibytes);
+        return (message, format!("look for an operation that makes a very long list or text, or {more}"));
     }
     if said("overflowed its stack") || is_signal(death, "SIGSEGV") || is_signal(death, "SIGBUS") {
         let message = "values of the script are nested so deep that its stack overflows".to_string();
-        return (message, "look for a list, a map or a closure that is put into itself again and again");
+        return (message, "look for a list, a map or a closure that is put into itself again and again".into());
     }
     let how = death.status.map_or("its process is lost".to_string(), |status| status.to_string());
-    (format!("the script has ended its process: {how}"), "if the machine has run out of memory, try fewer threads")
+    (
+        format!("the script has ended its process: {how}"),
+        "if the machine has run out of memory, try fewer threads".into(),
+    )
 }
 
 #[cfg(unix)]

@@ -14,6 +14,7 @@ use crate::base::diagnostics::{Diagnostics, Place, Subject};
 use crate::base::project::Project;
 use crate::components::{Edit, Scene};
 use crate::script::Moment;
+use crate::script::allowance::Allowance;
 use crate::script::said::Journal;
 
 /// One script, open in some processes.
@@ -26,6 +27,8 @@ pub struct HostPool {
     scene: Mutex<Option<Arc<SentScene>>>,
     /// Ends that were looked into.
     looked_into: AtomicU32,
+    /// What calls of the script may use.
+    allowance: Allowance,
 }
 
 /// Ends of processes whose lines are looked for: the others, most likely, are the same again.
@@ -54,17 +57,20 @@ impl HostPool {
             root: project.root().to_path_buf(),
             allowed: project.allowed().to_vec(),
         };
-        let pool = HostPool {
+        let mut pool = HostPool {
             command: command.clone(),
             opening,
             project: project.clone(),
             idle: Mutex::default(),
             scene: Mutex::default(),
             looked_into: AtomicU32::new(0),
+            allowance: Allowance::default(),
         };
+        pool.allowance.define(defines)?;
         let opened = pool.another(journal).map_err(|problems| problems.after(journal.take_printed()));
         let (worker, opened) = opened?;
         lock(&pool.idle).push(worker);
+        pool.allowance = opened.header.limits;
         Ok((pool, opened))
     }
 
@@ -122,7 +128,8 @@ impl HostPool {
 
     fn explain(&self, death: &Death, call: Option<SentCall>) -> Diagnostics {
         let is_new = self.looked_into.fetch_add(1, Ordering::Relaxed) < LOOKED_INTO;
-        let autopsy = Autopsy { command: &self.command, opening: &self.opening, project: &self.project, call };
+        let HostPool { command, opening, project, allowance, .. } = self;
+        let autopsy = Autopsy { command, opening, project, call, allowance: *allowance };
         autopsy::explain(&autopsy, death, is_new)
     }
 }

@@ -211,7 +211,7 @@ impl Codec for Request {
 
 impl Codec for Header {
     fn encode(&self, to: &mut Encoder) {
-        let Header { scene, rate, frames, mode, seed, steps_per_frame } = self;
+        let Header { scene, rate, frames, mode, seed, steps_per_frame, limits } = self;
         to.put(scene);
         to.put(&rate.numerator());
         to.put(&rate.denominator());
@@ -219,6 +219,7 @@ impl Codec for Header {
         to.put(&(*mode == TimeMode::Loop));
         to.put(seed);
         to.put(steps_per_frame);
+        to.put(limits);
     }
     fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
         Ok(Header {
@@ -228,6 +229,7 @@ impl Codec for Header {
             mode: if from.get()? { TimeMode::Loop } else { TimeMode::Clip },
             seed: from.get()?,
             steps_per_frame: from.get()?,
+            limits: from.get()?,
         })
     }
 }

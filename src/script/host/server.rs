@@ -13,6 +13,7 @@ use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::base::project::{FileRole, Project};
 use crate::base::{clock, limits, memory};
 use crate::components::Scene;
+use crate::script::allowance::Allowance;
 use crate::script::interpreter::Interpreter;
 use crate::script::said::Remarks;
 use crate::script::sandbox;
@@ -21,6 +22,9 @@ use crate::script::sandbox;
 static RUNNING_SINCE: AtomicU64 = AtomicU64::new(0);
 /// The step that the run is at, as it is told to who watches over it.
 static STEP: AtomicU64 = AtomicU64::new(0);
+
+/// Seconds of processor time that a run may take.
+static SECONDS: AtomicU64 = AtomicU64::new(limits::SCRIPT_SECONDS + limits::SCRIPT_SECONDS_OF_GRACE);
 
 /// How often the watching thread looks.
 const GLANCE: Duration = Duration::from_millis(100);
@@ -40,7 +44,7 @@ pub fn serve() -> ExitCode {
             return ExitCode::FAILURE;
         }
         let since = RUNNING_SINCE.load(Ordering::Relaxed);
-        let allowed = Duration::from_secs(limits::SCRIPT_SECONDS_AT_MOST).as_nanos() as u64;
+        let allowed = Duration::from_secs(SECONDS.load(Ordering::Relaxed)).as_nanos() as u64;
         if since > 0 && now().saturating_sub(since) > allowed {
             say(&Reply::<bool>::Overdue(STEP.load(Ordering::Relaxed)), &mut Encoder::default());
             return ExitCode::FAILURE;
@@ -74,6 +78,8 @@ struct Session {
     /// Parameters that it knows of.
     told_parameters: usize,
     scene: Arc<Scene>,
+    /// What calls of the script may use.
+    allowance: Allowance,
     /// For answers: it knows what came with the scene.
     encoder: Encoder,
 }
@@ -84,6 +90,7 @@ fn work() -> io::Result<()> {
     let mut session = Session::default();
     sandbox::show_steps(&STEP);
     sandbox::tell_of_calls(restart);
+    sandbox::tell_of_limits(raise);
     while let Some(message) = receive(&mut input)? {
         let request = Decoder::new(&message, SharedTable::default(), false).get::<Request>();
         match request.map_err(|Malformed| io::Error::from(io::ErrorKind::InvalidData))? {
@@ -95,18 +102,21 @@ fn work() -> io::Result<()> {
                 let scene = decoder.get::<Scene>().map_err(|Malformed| io::Error::from(io::ErrorKind::InvalidData))?;
                 session.scene = Arc::new(scene);
                 session.encoder = Encoder { table: decoder.table, ..Encoder::default() };
-                confine::addresses(limits::SCRIPT_ADDRESSES);
+                confine::addresses(addresses(session.allowance));
             }
             Request::Open(opening) => {
                 let mut remarks = Remarks::default();
-                let outcome = bounded(|| session.open(opening, &mut remarks));
+                session.allowance = Allowance::default();
+                // What is wrong with it is said where the script is opened.
+                let _ = session.allowance.define(&opening.defines);
+                let outcome = bounded(session.allowance, || session.open(opening, &mut remarks));
                 let files = session.new_files();
                 session.keep_new(&mut remarks);
                 say(&Reply::Done { outcome, files, remarks }, &mut session.encoder);
             }
             Request::Call(time) => {
                 let mut remarks = Remarks::default();
-                let outcome = bounded(|| match &session.script {
+                let outcome = bounded(session.allowance, || match &session.script {
                     Some(script) => script.call(&session.scene, time, &mut remarks),
                     None => Err(Diagnostic::error("no script is open").into()),
                 });
@@ -116,7 +126,7 @@ fn work() -> io::Result<()> {
             }
             Request::PlaceOf(time, part, component) => {
                 let place = |script: &Interpreter| script.place_of(&session.scene, time, part, component);
-                let outcome = bounded(|| Ok(session.script.as_ref().and_then(place)));
+                let outcome = bounded(session.allowance, || Ok(session.script.as_ref().and_then(place)));
                 let reply = Reply::Done { outcome, files: Vec::new(), remarks: Remarks::default() };
                 say(&reply, &mut session.encoder);
             }
@@ -126,12 +136,31 @@ fn work() -> io::Result<()> {
     Ok(())
 }
 
-/// Runs a script under the limits of its process.
-fn bounded<T>(run: impl FnOnce() -> Result<T, Diagnostics>) -> Result<T, Diagnostics> {
-    confine::processor(2 * limits::SCRIPT_SECONDS_AT_MOST);
+/// Address space for a script beyond its scene.
+fn addresses(allowance: Allowance) -> u64 {
+    let more = allowance.bytes().saturating_sub(limits::SCRIPT_BYTES) as u64;
+    limits::SCRIPT_ADDRESSES + 2 * more
+}
+
+/// Lets a run that starts now take the time of one call.
+fn give_time(allowance: Allowance) {
+    let seconds = allowance.seconds() + limits::SCRIPT_SECONDS_OF_GRACE;
+    confine::processor(2 * seconds);
+    SECONDS.store(seconds, Ordering::Relaxed);
+}
+
+/// Lets a run hold what one call may hold.
+fn give_memory(allowance: Allowance) {
     if let Some(held) = memory::held() {
-        memory::limit(held.saturating_add(limits::SCRIPT_BYTES + limits::SCRIPT_BYTES_OF_ANSWER));
+        let answer = limits::SCRIPT_BYTES_OF_ANSWER.max(allowance.bytes());
+        memory::limit(held.saturating_add(allowance.bytes() + answer));
     }
+}
+
+/// Runs a script under the limits of its process.
+fn bounded<T>(allowance: Allowance, run: impl FnOnce() -> Result<T, Diagnostics>) -> Result<T, Diagnostics> {
+    give_time(allowance);
+    give_memory(allowance);
     RUNNING_SINCE.store(now().max(1), Ordering::Relaxed);
     let outcome = run();
     RUNNING_SINCE.store(0, Ordering::Relaxed);
@@ -142,8 +171,18 @@ fn bounded<T>(run: impl FnOnce() -> Result<T, Diagnostics>) -> Result<T, Diagnos
 /// Gives a run its time anew: each step of a simulation has that of a call.
 fn restart() {
     if RUNNING_SINCE.load(Ordering::Relaxed) > 0 {
-        confine::processor(2 * limits::SCRIPT_SECONDS_AT_MOST);
+        give_time(sandbox::allowance());
         RUNNING_SINCE.store(now().max(1), Ordering::Relaxed);
+    }
+}
+
+/// The header of a script that runs has raised its limits.
+fn raise(allowance: Allowance) {
+    if RUNNING_SINCE.load(Ordering::Relaxed) > 0 {
+        confine::all_addresses();
+        confine::addresses(addresses(allowance));
+        give_time(allowance);
+        give_memory(allowance);
     }
 }
 
@@ -168,6 +207,9 @@ impl Session {
         let script = Interpreter::open(&path, &defines, &self.project, remarks)?;
         let (header, has_setup) = (script.header().clone(), script.has_setup());
         let place_of_scene = script.place_of_scene();
+        self.allowance = header.limits;
+        confine::all_addresses();
+        confine::addresses(addresses(self.allowance));
         self.script = Some(script);
         Ok(Opened { header, has_setup, place_of_scene })
     }

@@ -29,7 +29,11 @@ impl MotionVectors {
             Err(_) => point,
         };
         let places = now.place_of(point).zip(self.camera.place_of(then));
-        let motion = places.map_or(Vec2::ZERO, |(now, then)| Vec2::new(now.x - then.x, then.y - now.y));
+        let motion = places.map_or(Vec2::ZERO, |(here, there)| {
+            let way = now.way(there, here);
+            // Not `-way.y`, which would be -0 for what stands still.
+            Vec2::new(way.x, there.y - here.y)
+        });
         if motion.is_finite() { motion } else { Vec2::ZERO }
     }
 }
@@ -40,7 +44,7 @@ mod tests {
 
     use super::*;
     use crate::base::math;
-    use crate::components::Camera;
+    use crate::components::{Camera, Projection};
 
     /// Pixels are 0.02 units wide at distance 1.
     fn camera(from: DVec3, at: DVec3) -> CameraRays {
@@ -70,6 +74,23 @@ mod tests {
         let before = MotionVectors::new(camera(DVec3::ZERO, DVec3::NEG_Z), std::iter::empty());
         let motion = before.motion(&now, (DVec3::new(-sin, 0.0, -cos) * 7.0).as_vec3(), 0);
         assert!((f64::from(motion.x) - 50.0 * sin / cos).abs() < 1e-4 && motion.y.abs() < 1e-4, "{motion}");
+    }
+
+    #[test]
+    fn what_goes_over_the_edge_of_all_directions_goes_on() {
+        let around = Camera {
+            projection: Projection::Equirectangular,
+            from: DVec3::ZERO,
+            at: DVec3::NEG_Z,
+            ..Camera::default()
+        };
+        let now = CameraRays::new(&around, [360, 180], 1.0);
+        let [here, there] = [179.0, -179.0].map(|degrees| {
+            let (sin, cos) = math::sin_cos_degrees(degrees);
+            DVec3::new(sin, 0.0, -cos)
+        });
+        let before = MotionVectors::new(now.clone(), [(0, DAffine3::from_translation(here - there))].into_iter());
+        assert!((before.motion(&now, there.as_vec3(), 0) - Vec2::new(2.0, 0.0)).length() < 1e-3);
     }
 
     #[test]

@@ -15,6 +15,6 @@ mod warp;
 pub use lanes::{PixelSample, SampleLanes, SampleSet};
 pub use stateless::{Domain, RayNode, Sampler};
 pub use warp::{
-    Frame, around, concentric_disk, cosine_directions, cosine_hemisphere, cosine_pdf, in_triangle, power_heuristic,
-    tangents, uniform_sphere,
+    Frame, Iris, around, concentric_disk, cosine_directions, cosine_hemisphere, cosine_pdf, in_triangle,
+    power_heuristic, sin_cos_half_turns, tangents, uniform_sphere,
 };

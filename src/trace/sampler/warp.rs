@@ -4,6 +4,7 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 use glam::Vec3;
 
+use crate::base::math::sin_cos_degrees;
 use crate::trace::simd::{Lanes, V3};
 
 /// Maps the unit square to the unit disk, keeping strata compact (Shirley and Chiu 1997).
@@ -26,6 +27,53 @@ pub(super) fn sin_cos<L: Lanes>(x: L) -> [L; 2] {
     let sin = square([-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1], z) * z * x + x;
     let cos = square([2.443_315_7e-5, -1.388_731_6e-3, 4.166_664_6e-2], z) * z * z;
     [sin, cos - L::splat(0.5) * z + L::splat(1.0)]
+}
+
+/// Sine and cosine of half turns, from -1 to 1 and a little beyond.
+#[inline(always)]
+pub fn sin_cos_half_turns<L: Lanes>(x: L) -> [L; 2] {
+    let (one, two) = (L::splat(1.0), L::splat(2.0));
+    let [mut sin, mut cos] = sin_cos(x * L::splat(std::f32::consts::FRAC_PI_4));
+    // The angle is doubled twice.
+    for _ in 0..2 {
+        (sin, cos) = (two * sin * cos, one - two * sin * sin);
+    }
+    [sin, cos]
+}
+
+/// The regular polygon in the unit circle that an iris with blades opens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Iris {
+    blades: f32,
+    /// Two corners that follow each other.
+    corners: [[f32; 2]; 2],
+}
+
+impl Iris {
+    /// `blades` are 3 at least; `angle` turns them, in degrees, from a corner at the top.
+    pub fn new(blades: u32, angle: f64) -> Self {
+        // Points are turned by half a turn less than they should be: see `point`.
+        let corner = |i: f64| {
+            let (sin, cos) = sin_cos_degrees(angle - 90.0 + i * 360.0 / f64::from(blades));
+            [cos as f32, sin as f32]
+        };
+        Iris { blades: blades as f32, corners: [corner(0.0), corner(1.0)] }
+    }
+
+    /// Maps the unit square to the polygon, evenly by area.
+    #[inline(always)]
+    pub fn point<L: Lanes>(&self, [x, y]: [L; 2]) -> [L; 2] {
+        let one = L::splat(1.0);
+        // Numbers of this size have no fractions: adding one rounds.
+        let whole = L::splat(12_582_912.0);
+        let along = x * L::splat(self.blades);
+        let sector = (along - L::splat(0.5) + whole) - whole;
+        let radius = (along - sector).max(L::splat(0.0)).sqrt();
+        let [a, b] = self.corners;
+        let [px, py] = [0, 1].map(|i| radius * ((one - y) * L::splat(a[i]) + y * L::splat(b[i])));
+        let [sin, cos] = sin_cos_half_turns(sector * L::splat(2.0 / self.blades) - one);
+        [px * cos - py * sin, px * sin + py * cos]
+    }
 }
 
 /// A polynomial of the second degree.
@@ -124,4 +172,43 @@ pub fn power_heuristic<L: Lanes>(pdf: L, asked: L) -> L {
     // The smaller one is divided: no square can overflow.
     let ratio = asked / pdf;
     L::select(pdf.ne(L::splat(0.0)), one / (one + ratio * ratio), one)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_turns_have_their_sines_and_cosines() {
+        for i in -100..=100 {
+            let x = i as f32 / 100.0;
+            let [sin, cos] = sin_cos_half_turns(x);
+            let (s, c) = libm::sincos(std::f64::consts::PI * f64::from(x));
+            assert!((f64::from(sin) - s).abs() < 1e-6 && (f64::from(cos) - c).abs() < 1e-6, "{x}: {sin} {cos}");
+        }
+    }
+
+    #[test]
+    fn an_iris_fills_its_polygon_evenly() {
+        for (blades, angle) in [(3, 0.0), (5, 0.0), (6, 15.0), (8, -40.0)] {
+            let iris = Iris::new(blades, angle);
+            const N: usize = 64;
+            let points: Vec<[f32; 2]> =
+                (0..N * N).map(|i| iris.point([i % N, i / N].map(|i| (i as f32 + 0.5) / N as f32))).collect();
+            // The middle of each side is this far from the center.
+            let inner = libm::cosf(std::f32::consts::PI / blades as f32);
+            for side in 0..blades {
+                let (sin, cos) = sin_cos_degrees(angle + 90.0 + (f64::from(side) + 0.5) * 360.0 / f64::from(blades));
+                let out = |p: &[f32; 2]| p[0] * cos as f32 + p[1] * sin as f32;
+                let most = points.iter().map(out).fold(f32::NEG_INFINITY, f32::max);
+                assert!(most < inner + 1e-5 && most > inner - 0.03, "{blades} {side}: {most} {inner}");
+            }
+            let center = points.iter().fold([0.0; 2], |sum, p| [sum[0] + p[0], sum[1] + p[1]]);
+            assert!(center.iter().all(|x| x.abs() < 1e-2 * (N * N) as f32), "{center:?}");
+            // The mean square of the distance of a regular polygon's points from its center: (2 + cos 2 pi / n) / 6.
+            let mean = points.iter().map(|p| p[0] * p[0] + p[1] * p[1]).sum::<f32>() / (N * N) as f32;
+            let expected = (2.0 + libm::cosf(std::f32::consts::TAU / blades as f32)) / 6.0;
+            assert!((mean - expected).abs() < 2e-3, "{blades}: {mean} {expected}");
+        }
+    }
 }

@@ -22,7 +22,8 @@ impl Kernel for CameraRayKernel<'_> {
     #[inline(always)]
     fn run<L: Wide>(self) {
         let CameraRayKernel { context, samples, buffers } = self;
-        let cone = RayCone { width: 0.0, spread: context.camera.spread() / context.settings.strata as f32 };
+        let (pixel, strata) = (context.camera.footprint(), context.settings.strata as f32);
+        let cone = RayCone { width: pixel.width / strata, spread: pixel.spread / strata };
         for first in (0..samples.count()).step_by(LANES) {
             let mut which = [0; LANES];
             for (i, sample) in which.iter_mut().enumerate() {

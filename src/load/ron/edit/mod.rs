@@ -199,21 +199,30 @@ fn target(text: &str, tree: &SyntaxNode, path: &str) -> Result<PathTarget, Diagn
     match section.as_str() {
         "camera" => record_target(vec![words[0].clone()], OwnerRecord::of::<Camera>(), "camera", rest),
         "render" => record_target(vec![words[0].clone()], OwnerRecord::of::<Render>(), "render", rest),
+        "cameras" => {
+            let label = named(tree, section, rest, ("camera", "cameras.close.fov"))?;
+            record_target(words[..2].to_vec(), OwnerRecord::of::<Camera>(), &label, &rest[1..])
+        }
         "materials" => {
-            let Some(Step::Key(name)) = rest.first() else {
-                return Err(Diagnostic::error("a material is meant by its name, as in materials.brass.color"));
-            };
-            let known = || tree.field("materials").into_iter().flat_map(|field| &field.value.children);
-            if !known().any(|child| child.key.as_deref() == Some(name)) {
-                let names = known().filter_map(|child| child.key.as_deref());
-                return Err(unknown(format!("the scene writes no material `{name}`"), name, names));
-            }
-            let label = format!("material `{name}`");
+            let label = named(tree, section, rest, ("material", "materials.brass.color"))?;
             record_target(words[..2].to_vec(), OwnerRecord::of::<Material>(), &label, &rest[1..])
         }
         "entities" => entity_target(text, tree, rest),
         other => Err(unknown(format!("a scene has no section `{other}`"), other, SECTIONS)),
     }
+}
+
+/// What messages call the member of a section that is meant by its name, which must be there.
+fn named(tree: &SyntaxNode, section: &str, rest: &[Step], (one, example): (&str, &str)) -> Result<String, Diagnostic> {
+    let Some(Step::Key(name)) = rest.first() else {
+        return Err(Diagnostic::error(format!("a {one} is meant by its name, as in {example}")));
+    };
+    let known = || tree.field(section).into_iter().flat_map(|field| &field.value.children);
+    if !known().any(|child| child.key.as_deref() == Some(name)) {
+        let names = known().filter_map(|child| child.key.as_deref());
+        return Err(unknown(format!("the scene writes no {one} `{name}`"), name, names));
+    }
+    Ok(format!("{one} `{name}`"))
 }
 
 fn entity_target(text: &str, tree: &SyntaxNode, rest: &[Step]) -> Result<PathTarget, Diagnostic> {
