@@ -81,9 +81,8 @@ fn outline(list: &Array) -> Fallible<Outline> {
 
 /// One outline, or a list of them.
 fn outlines(list: &Array) -> Fallible<Vec<Outline>> {
-    let is_list_of_points = |value: &Dynamic| {
-        value.read_lock::<Array>().is_some_and(|inner| inner.first().is_some_and(|first| is_vector(first)))
-    };
+    let is_list_of_points =
+        |value: &Dynamic| value.read_lock::<Array>().is_some_and(|inner| inner.first().is_some_and(is_vector));
     let all: Vec<Outline> = if !list.is_empty() && list.iter().all(is_list_of_points) {
         list.iter().map(|one| outline(&one.clone().cast::<Array>())).collect::<Fallible<_>>()?
     } else {

@@ -87,16 +87,16 @@ impl MomentStep<'_, Edit> {
                 step.map(|step| Edit::Camera(step.record(camera)))
             }
             Edit::Material { index, material } => {
-                let step = self.part(|edit| match edit {
-                    Edit::Material { index: other, material } if other == index => Some(material),
-                    _ => None,
+                let step = self.part(|edit| {
+                    let Edit::Material { index: other, material } = edit else { return None };
+                    (other == index).then_some(material)
                 });
                 step.map(|step| Edit::Material { index: *index, material: step.record(material) })
             }
             Edit::Put { entity, component } => {
-                let step = self.part(|edit| match edit {
-                    Edit::Put { entity: other, component } if other == entity => Some(component),
-                    _ => None,
+                let step = self.part(|edit| {
+                    let Edit::Put { entity: other, component } = edit else { return None };
+                    (other == entity).then_some(component)
                 });
                 step.and_then(|step| Some(Edit::Put { entity: *entity, component: step.component(component)? }))
             }
