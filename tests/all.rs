@@ -1,5 +1,7 @@
 //! All integration tests, in one binary.
 
+#[path = "all/alpha.rs"]
+mod alpha;
 #[path = "all/assets.rs"]
 mod assets;
 #[path = "all/diff.rs"]

@@ -121,6 +121,10 @@ record! {
         pub bit_depth: u32 = 8 => Film,
         /// How linear values become the numbers of a picture file for the screen.
         pub transfer: Transfer = Transfer::Srgb,
+        /// Whether what lies around the scene is left out where the camera sees it straight or through holes: it lights
+        /// the scene and shows in mirrors and glass all the same. Pictures then have an alpha: straight in a PNG, in an
+        /// EXR the channel `A` beside colours that it is multiplied into.
+        pub transparent: bool = false,
 
         /// Most that a channel of what one way of indirect light adds to a sample may be, linear; more is scaled down to it.
         /// Takes out fireflies, and with them some of the light that was scattered twice or more on its way. What the
@@ -198,7 +202,7 @@ impl Render {
 
     /// Whether what the camera's rays meet first is to be remembered.
     pub fn gathers_features(&self) -> bool {
-        self.aovs.iter().any(|aov| *aov != Aov::Variance)
+        self.transparent || self.aovs.iter().any(|aov| *aov != Aov::Variance)
     }
 
     /// Whether the spread of samples is to be measured.

@@ -99,9 +99,9 @@ impl PixelAccumulator {
     }
 
     /// Adds what a sample met first, if that is wanted; see [`FeatureSum::add`].
-    pub fn add_feature(&mut self, pixel: usize, feature: Option<&Feature>, off_center: f32) {
+    pub fn add_feature(&mut self, pixel: usize, feature: Option<&Feature>, off_center: f32, weight: f32) {
         if let Some(sum) = self.features.get_mut(pixel) {
-            sum.add(feature, off_center);
+            sum.add(feature, off_center, weight);
         }
     }
 
@@ -144,7 +144,7 @@ impl PixelAccumulator {
     ///
     /// Where weights differ, the weighted mean of what the samples are apart from their plain mean is added to that:
     /// a surface of one colour keeps it, whatever the weights of a few samples happen to add up to, and nothing is
-    /// divided by a sum that could vanish.
+    /// divided by a sum that could vanish. It may be negative beside what is much brighter, as the filter is.
     pub fn color(&self, pixel: usize) -> [f32; 3] {
         let sum = &self.sums[pixel];
         let count = sum.count.max(1) as f32;
@@ -152,7 +152,7 @@ impl PixelAccumulator {
         if !self.signed {
             return mean.to_array();
         }
-        (mean + (sum.weighted - mean * sum.weight) / count).max(Vec3::ZERO).to_array()
+        (mean + (sum.weighted - mean * sum.weight) / count).to_array()
     }
 }
 

@@ -38,6 +38,9 @@ impl Feature {
 pub struct FeatureSum {
     samples: u32,
     hits: u32,
+    /// Sums of the filter's weights: of all samples, and of those that met something.
+    weight: f32,
+    weighted_hits: f32,
     depth: f32,
     point: Vec3,
     normal: Vec3,
@@ -55,6 +58,8 @@ impl Default for FeatureSum {
         FeatureSum {
             samples: 0,
             hits: 0,
+            weight: 0.0,
+            weighted_hits: 0.0,
             depth: 0.0,
             point,
             normal,
@@ -67,10 +72,11 @@ impl Default for FeatureSum {
 }
 
 impl FeatureSum {
-    /// Adds a sample, `None` where it met nothing; `off_center` is its squared distance from the pixel's centre. What
-    /// is no number counts as nothing.
-    pub fn add(&mut self, feature: Option<&Feature>, off_center: f32) {
+    /// Adds a sample of a weight, `None` where it met nothing; `off_center` is its squared distance from the pixel's
+    /// centre. What is no number counts as nothing.
+    pub fn add(&mut self, feature: Option<&Feature>, off_center: f32, weight: f32) {
         self.samples += 1;
+        self.weight += weight;
         let nearest = off_center < self.nearest;
         if nearest {
             self.nearest = off_center;
@@ -83,17 +89,29 @@ impl FeatureSum {
             self.motion = feature.motion;
         }
         self.hits += 1;
+        self.weighted_hits += weight;
         self.depth += feature.depth;
         self.point += feature.point;
         self.normal += feature.normal;
         self.albedo += feature.albedo;
+    }
+
+    /// Share of the samples that met something, as the film has it of colours: see `PixelAccumulator::color`.
+    fn coverage(&self) -> f32 {
+        let samples = self.samples.max(1) as f32;
+        let mean = self.hits as f32 / samples;
+        if self.weight == samples {
+            return mean;
+        }
+        mean + (self.weighted_hits - mean * self.weight) / samples
     }
 }
 
 /// Columns with a value for each pixel, top row first; empty where nobody asked for them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layers {
-    /// Share of the samples that met something.
+    /// Share of the samples that met something, by the weights of the filter: alpha. Weights with signs may take it a
+    /// little out of 0 to 1, as they do colours.
     pub coverage: Vec<f32>,
     /// Mean over the samples that met something, along the view axis; [`NOTHING`] where none did.
     pub depth: Vec<f32>,
@@ -164,7 +182,7 @@ impl Layers {
     /// Sets what the samples of a pixel add up to.
     pub fn resolve(&mut self, pixel: usize, sum: &FeatureSum) {
         let (hits, samples) = (sum.hits.max(1) as f32, sum.samples.max(1) as f32);
-        self.coverage[pixel] = sum.hits as f32 / samples;
+        self.coverage[pixel] = sum.coverage();
         self.depth[pixel] = if sum.hits > 0 { sum.depth / hits } else { NOTHING };
         self.position[pixel] = (sum.point / hits).to_array();
         self.normal[pixel] = (sum.normal / samples).to_array();
@@ -190,10 +208,10 @@ mod tests {
             material: 7,
         };
         let mut sum = FeatureSum::default();
-        sum.add(Some(&seen(2.0, 4)), 0.3);
-        sum.add(None, 0.2);
-        sum.add(Some(&seen(4.0, 5)), 0.1);
-        sum.add(Some(&Feature { normal: Vec3::splat(f32::NAN), ..seen(1.0, 9) }), 0.1);
+        sum.add(Some(&seen(2.0, 4)), 0.3, 1.0);
+        sum.add(None, 0.2, 1.0);
+        sum.add(Some(&seen(4.0, 5)), 0.1, 1.0);
+        sum.add(Some(&Feature { normal: Vec3::splat(f32::NAN), ..seen(1.0, 9) }), 0.1, 1.0);
         let mut layers = Layers::default();
         layers.make_room_for_features(2);
         layers.resolve(0, &sum);

@@ -72,6 +72,37 @@ impl Film {
         self.pixels.iter().flat_map(|color| display.expose(*color).map(|x| display.byte(x))).collect()
     }
 
+    /// As [`Self::to_rgb8`], with alpha in a fourth byte: colours are straight, as files for the screen have them.
+    pub fn to_rgba8(&self, display: DisplayTransform) -> Vec<u8> {
+        let straight = Film { pixels: self.straight(), layers: Layers::default(), ..*self };
+        let colors = straight.to_rgb8(display);
+        let alpha = (0..self.pixels.len()).map(|i| (self.alpha(i).clamp(0.0, 1.0) * 255.0 + 0.5) as u8);
+        colors.chunks_exact(3).zip(alpha).flat_map(|(c, alpha)| [c[0], c[1], c[2], alpha]).collect()
+    }
+
+    /// As [`Self::to_rgba8`], in 16 bits.
+    pub fn to_rgba16(&self, display: DisplayTransform) -> Vec<u16> {
+        let shown = |(i, color): (usize, [f32; 3])| {
+            let [r, g, b] = display.expose(color).map(|x| display.word(x));
+            [r, g, b, (self.alpha(i).clamp(0.0, 1.0) * 65535.0 + 0.5) as u16]
+        };
+        self.straight().into_iter().enumerate().flat_map(shown).collect()
+    }
+
+    /// Share of a pixel that something covers; all of it where nobody asked.
+    pub fn alpha(&self, pixel: usize) -> f32 {
+        self.layers.coverage.get(pixel).copied().unwrap_or(1.0)
+    }
+
+    /// Colours of what covers the pixels; black where nothing does.
+    fn straight(&self) -> Vec<[f32; 3]> {
+        let of = |(i, color): (usize, &[f32; 3])| match self.alpha(i) {
+            alpha if alpha > 0.0 => color.map(|x| x / alpha),
+            _ => [0.0; 3],
+        };
+        self.pixels.iter().enumerate().map(of).collect()
+    }
+
     /// RGB in 16 bits, three per pixel, rounded to nearest.
     pub fn to_rgb16(&self, display: DisplayTransform) -> Vec<u16> {
         self.pixels.iter().flat_map(|color| display.expose(*color).map(|x| display.word(x))).collect()
@@ -91,6 +122,16 @@ mod tests {
         assert_eq!(film.to_rgb8(display(Transfer::Linear)), [0, 128, 255, 0, 1, 255]);
         assert_eq!(film.to_rgb8(display(Transfer::Srgb)), [0, 188, 255, 0, 13, 255]);
         assert_eq!(film.to_rgb16(display(Transfer::Linear))[1], 32768);
+    }
+
+    #[test]
+    fn alpha_is_straight_beside_bytes() {
+        let mut film = Film { pixels: vec![[0.25, 0.125, 0.0], [0.5, 0.5, 0.5], [0.0; 3]], ..Film::new(3, 1) };
+        let display = DisplayTransform::new(&Render { transfer: Transfer::Linear, ..Render::default() });
+        assert_eq!(film.to_rgba8(display)[3], 255);
+        film.layers.coverage = vec![0.5, 1.0, 0.0];
+        assert_eq!(film.to_rgba8(display), [128, 64, 0, 128, 128, 128, 128, 255, 0, 0, 0, 0]);
+        assert_eq!(film.to_rgba16(display)[..4], [32768, 16384, 0, 32768]);
     }
 
     #[test]

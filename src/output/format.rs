@@ -29,7 +29,7 @@ pub struct Format {
     /// Colours of a file, top row first, in the file's own units: 0 to 1 of a format for the screen, linear and of any
     /// size otherwise. The error says what is wrong with the file, which may be damaged or hostile.
     pub decode: fn(&[u8]) -> Result<Decoded, String>,
-    /// The digest of what a file shows, however it is stored; `None` if it is damaged, or shows what is behind it too.
+    /// The digest of what a file shows, however it is stored; `None` if it is damaged.
     /// For a frame's file it is the one that `encode` has put among the metadata.
     pub pixels: fn(&[u8]) -> Option<Digest>,
     /// What a file says of itself, without its pixels. The error as for `decode`.

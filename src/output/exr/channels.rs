@@ -27,6 +27,14 @@ pub fn channels_of(film: &Film, render: &Render) -> Vec<AnyChannel<FlatSamples>>
         };
         channels.push(AnyChannel::new(name, samples));
     }
+    if render.transparent {
+        let values = (0..colors.len()).map(|i| film.alpha(i));
+        let samples = match render.bit_depth {
+            32 => FlatSamples::F32(values.collect()),
+            _ => FlatSamples::F16(values.map(f16::from_f32).collect()),
+        };
+        channels.push(AnyChannel::new("A", samples));
+    }
     for aov in LAYERS {
         if render.aovs.contains(&aov) {
             channels.extend(

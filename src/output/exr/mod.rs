@@ -93,6 +93,14 @@ type FlatImage = Image<Layer<AnyChannels<FlatSamples>>>;
 /// # Errors
 /// As [`read_header`]; a file without `R`, `G` and `B`.
 fn decode(bytes: &[u8]) -> Result<Decoded, String> {
+    decode_with_alpha(bytes).map(|(decoded, _)| decoded)
+}
+
+/// As `decode`, and the channel `A` if there is one: the colours are multiplied by it.
+///
+/// # Errors
+/// As for `decode`.
+pub fn decode_with_alpha(bytes: &[u8]) -> Result<(Decoded, Option<Vec<f32>>), String> {
     let (size, image) = read_image(bytes)?;
     let layer = &image.layer_data;
     let mut colors = vec![[0.0; 3]; layer.size.area()];
@@ -103,7 +111,9 @@ fn decode(bytes: &[u8]) -> Result<Decoded, String> {
             color[axis] = value;
         }
     }
-    Ok(Decoded { size, pixels: colors })
+    let alpha = layer.channel_data.list.iter().find(|c| c.name.eq("A"));
+    let alpha = alpha.map(|channel| channel.sample_data.values_as_f32().collect());
+    Ok((Decoded { size, pixels: colors }, alpha))
 }
 
 /// All channels of the first part of an EXR file.

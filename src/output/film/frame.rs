@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use ::png::{BitDepth, ColorType};
 use image::DynamicImage;
 
-use super::super::exr::EXR;
+use super::super::exr::{EXR, decode_with_alpha};
 use super::super::png::PNG;
 use super::super::{Decoded, Format, Metadata};
 use crate::base::limits;
@@ -91,7 +91,8 @@ impl FilmFrame {
     pub fn head(bytes: &[u8]) -> Result<FrameHead, String> {
         if Format::of_bytes(bytes) == Some(&EXR) {
             let file = (EXR.read_header)(bytes)?;
-            return Ok(FrameHead { size: file.size, alpha: false, deep: true, metadata: file.metadata });
+            let alpha = file.channels.iter().any(|name| name == "A");
+            return Ok(FrameHead { size: file.size, alpha, deep: true, metadata: file.metadata });
         }
         let metadata = (PNG.checked_metadata)(bytes).ok_or("it is no PNG or EXR picture, or a damaged one")?;
         let reader = ::png::Decoder::new(std::io::Cursor::new(bytes)).read_info().map_err(|e| e.to_string())?;
@@ -165,11 +166,13 @@ fn byte_of(word: u16) -> u8 {
 
 fn from_exr(bytes: &[u8]) -> Result<(FilmFrame, Metadata), String> {
     let metadata = (EXR.read_header)(bytes)?.metadata;
-    let Decoded { size: [width, height], pixels: colors } = (EXR.decode)(bytes)?;
+    let (Decoded { size: [width, height], pixels: colors }, alpha) = decode_with_alpha(bytes)?;
     let look = display_of(&metadata);
-    let shown = colors.into_iter().map(|color| {
-        let [r, g, b] = look.expose(color).map(|x| look.word(x));
-        [r, g, b, u16::MAX]
+    let shown = colors.into_iter().enumerate().map(|(i, color)| {
+        let alpha = alpha.as_ref().map_or(1.0, |alpha| alpha[i].clamp(0.0, 1.0));
+        let straight = if alpha > 0.0 { color.map(|x| x / alpha) } else { [0.0; 3] };
+        let [r, g, b] = look.expose(straight).map(|x| look.word(x));
+        [r, g, b, (alpha * 65535.0 + 0.5) as u16]
     });
     Ok((FilmFrame { width, height, pixels: FramePixels::Words(shown.collect()) }, metadata))
 }

@@ -60,10 +60,11 @@ fn encode_rows(
 /// Adds the values of rows as they stand in the file.
 fn append(data: &mut Vec<u8>, film: &Film, render: &Render) {
     let display = DisplayTransform::new(render);
-    if render.bit_depth == 16 {
-        data.extend(film.to_rgb16(display).into_iter().flat_map(u16::to_be_bytes));
-    } else {
-        data.append(&mut film.to_rgb8(display));
+    match (render.bit_depth == 16, render.transparent) {
+        (true, false) => data.extend(film.to_rgb16(display).into_iter().flat_map(u16::to_be_bytes)),
+        (true, true) => data.extend(film.to_rgba16(display).into_iter().flat_map(u16::to_be_bytes)),
+        (false, false) => data.append(&mut film.to_rgb8(display)),
+        (false, true) => data.append(&mut film.to_rgba8(display)),
     }
 }
 
@@ -75,12 +76,13 @@ fn encode_data(
 ) -> Result<Vec<u8>, EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, width, height);
-    encoder.set_color(ColorType::Rgb);
+    let (color, channels) = if render.transparent { (ColorType::Rgba, 4) } else { (ColorType::Rgb, 3) };
+    encoder.set_color(color);
     // A fifth larger than the usual, in a twentieth of the time: where little changes, that is what a frame costs.
     encoder.set_compression(Compression::Fast);
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
     let is_deep = render.bit_depth == 16;
-    for (keyword, text) in with_pixels(metadata, || digest_of(width, height, data, is_deep, 3)) {
+    for (keyword, text) in with_pixels(metadata, || digest_of(width, height, data, is_deep, channels)) {
         encoder.add_itxt_chunk(keyword, text)?;
     }
     encoder.set_depth(if is_deep { BitDepth::Sixteen } else { BitDepth::Eight });
@@ -105,20 +107,27 @@ pub fn encode_rgb8(pixels: &[u8], [width, height]: [u32; 2], metadata: &Metadata
     Ok(bytes)
 }
 
-/// The digest of a picture's size and its colours in sixteen bits a channel, however they are stored.
+/// The digest of a picture's size and its colours in sixteen bits a channel, however they are stored; with alpha, unless it
+/// is 1 everywhere.
 fn digest_of(width: u32, height: u32, data: &[u8], is_deep: bool, channels: usize) -> Digest {
     let mut hasher = Hasher::default();
     hasher.word(width.into());
     hasher.word(height.into());
     let mut block = Vec::with_capacity(BLOCK);
     let step = if is_deep { 2 } else { 1 };
+    let is_opaque = |pixel: &[u8]| pixel[step * (channels - 1)..].iter().all(|byte| *byte == u8::MAX);
+    let has_alpha = channels.is_multiple_of(2) && !data.chunks_exact(step * channels).all(is_opaque);
     for pixel in data.chunks_exact(step * channels) {
         for channel in 0..3 {
             // Grey is the same in all three.
             let at = if channels < 3 { 0 } else { channel * step };
             block.extend([pixel[at], pixel[at + step - 1]]);
         }
-        if block.len() + 6 > BLOCK {
+        if has_alpha {
+            let at = (channels - 1) * step;
+            block.extend([pixel[at], pixel[at + step - 1]]);
+        }
+        if block.len() + 8 > BLOCK {
             hasher.bytes(&block);
             block.clear();
         }
@@ -130,7 +139,7 @@ fn digest_of(width: u32, height: u32, data: &[u8], is_deep: bool, channels: usiz
 /// Bytes that are hashed at once.
 const BLOCK: usize = 1 << 14;
 
-/// The digest of the pixels of a PNG file, as they are in it; `None` if it is none, or shows what is behind it.
+/// The digest of the pixels of a PNG file, as they are in it; `None` if it is none.
 fn pixels(bytes: &[u8]) -> Option<Digest> {
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: limits::FRAME_FILE_BYTES as usize });
     decoder.set_transformations(Transformations::EXPAND);
@@ -144,13 +153,6 @@ fn pixels(bytes: &[u8]) -> Option<Digest> {
     data.truncate(frame.buffer_size());
     let is_deep = frame.bit_depth == BitDepth::Sixteen;
     let channels = frame.color_type.samples();
-    let step = if is_deep { 2 } else { 1 };
-    let is_opaque = |pixel: &[u8]| pixel[step * (channels - 1)..].iter().all(|byte| *byte == u8::MAX);
-    if matches!(frame.color_type, ColorType::Rgba | ColorType::GrayscaleAlpha)
-        && !data.chunks_exact(step * channels).all(is_opaque)
-    {
-        return None;
-    }
     Some(digest_of(width, height, &data, is_deep, channels))
 }
 
@@ -222,7 +224,9 @@ mod tests {
         assert_eq!(stored(ColorType::Grayscale, BitDepth::Eight, &[255; 6]), white);
         assert_eq!(stored(ColorType::Grayscale, BitDepth::One, &[0xff; 2]), white);
         assert_eq!(stored(ColorType::Rgba, BitDepth::Eight, &[255; 24]), white);
-        assert_eq!(stored(ColorType::GrayscaleAlpha, BitDepth::Eight, &[255, 254].repeat(6)), None);
+        let veil = stored(ColorType::GrayscaleAlpha, BitDepth::Eight, &[255, 254].repeat(6));
+        assert!(veil.is_some() && veil != white);
+        assert_eq!(stored(ColorType::Rgba, BitDepth::Eight, &[255, 255, 255, 254].repeat(6)), veil);
         assert_ne!(stored(ColorType::Grayscale, BitDepth::Eight, &[254; 6]), white);
         assert_ne!(pixels(&file(&grey(0.5), 8)), pixels(&file(&grey(0.5), 16)));
         let metadata = read_header(&file(&grey(1.0), 8)).unwrap().metadata;

@@ -8,7 +8,7 @@ use crate::components::{Integrator, Model};
 use crate::trace::counters::Counters;
 use crate::trace::material::{HoleCoverage, ShadingParams};
 use crate::trace::primitive::Tag;
-use crate::trace::sampler::{SampleSet, power_heuristic};
+use crate::trace::sampler::{RayNode, SampleSet, power_heuristic};
 use crate::trace::simd::LANES;
 use crate::trace::soa::Hit;
 use crate::trace::wavefront::{
@@ -128,7 +128,8 @@ fn arrive(estimator: Estimator, i: usize, buffers: &mut WavefrontBuffers, depth:
     }
     if hit.is_none() {
         let place = accumulator_slot(state.sample, context.lights.environment_group());
-        let radiance = environment(estimator, ray.direction, &state);
+        let is_left_out = context.settings.transparent && state.node == RayNode::CAMERA;
+        let radiance = if is_left_out { Vec3::ZERO } else { environment(estimator, ray.direction, &state) };
         let light = state.throughput * radiance;
         if context.settings.features && state.scatterings == 0.0 {
             seen[state.sample as usize].add(state.throughput, radiance, Vec3::ZERO);
@@ -207,7 +208,7 @@ fn shade_alone(
 
 /// How much of a surface is there for a ray that has met it and is followed both ways: elsewhere chance has decided.
 fn split_cover(context: RenderContext, material: &ShadingParams) -> f32 {
-    let is_split = context.settings.integrator == Integrator::Whitted && material.coverage == HoleCoverage::Partial;
+    let is_split = context.settings.splits_holes && material.coverage == HoleCoverage::Partial;
     if is_split { material.opacity } else { 1.0 }
 }
 

@@ -130,7 +130,7 @@ fn add_batch(estimator: Estimator, batch: &mut SampleBatch, tallies: &mut [Pixel
         }
         if context.settings.features {
             let (feature, weighted) = (buffers.features[i].as_ref(), (buffers.colors[i], filter_sample.weight));
-            tallies[0].add_feature(pixel, feature, filter_sample.off_center);
+            tallies[0].add_feature(pixel, feature, filter_sample.off_center, filter_sample.weight);
             let second = context.settings.is_second_half(&batch.samples[i].1);
             tallies[0].add_half(pixel, second, weighted, feature, &buffers.seen[i]);
         }

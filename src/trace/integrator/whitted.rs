@@ -49,7 +49,7 @@ pub fn shade(
     counters: &mut Counters,
 ) {
     let material = met.material;
-    if material.coverage == HoleCoverage::Partial && material.opacity < 1.0 && is_whitted(context) {
+    if material.coverage == HoleCoverage::Partial && material.opacity < 1.0 && context.settings.splits_holes {
         let state = PathState { throughput: met.state.throughput * material.opacity, ..met.state };
         let whole = ShadingParams { opacity: 1.0, ..*material };
         let there = SurfaceInteraction { state, material: &whole, ..*met };

@@ -10,7 +10,7 @@ use super::context::{LightSampling, RenderContext};
 use super::path_state::PathStateLanes;
 use super::ray_queue::RayQueue;
 use super::shadow_ray_queue::{ShadowRayBatch, ShadowRayQueue};
-use crate::components::{Integrator, Model};
+use crate::components::Model;
 use crate::trace::counters::Counters;
 use crate::trace::light::Lamp;
 use crate::trace::material::{HoleCoverage, ShadingParams};
@@ -33,7 +33,7 @@ pub fn is_blinn_phong(context: RenderContext, material: &ShadingParams) -> bool 
     let diffuse = material.model == Model::Lambert;
     let gloss = context.settings.gloss && material.gloss > 0.0;
     let opaque = material.model == Model::BlinnPhong && material.transmission == 0.0 && !gloss;
-    let split = context.settings.integrator == Integrator::Whitted && material.coverage == HoleCoverage::Partial;
+    let split = context.settings.splits_holes && material.coverage == HoleCoverage::Partial;
     (diffuse || opaque) && material.emission == Vec3::ZERO && !split
 }
 

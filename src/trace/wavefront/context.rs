@@ -44,6 +44,10 @@ pub struct Settings {
     pub gloss: bool,
     pub lens: bool,
     pub transparent_shadows: bool,
+    /// Whether rays are followed both ways where a surface is there in part; else chance decides.
+    pub splits_holes: bool,
+    /// Whether the camera sees nothing of what lies around the scene.
+    pub transparent: bool,
     pub fresnel: Fresnel,
     pub background: Vec3,
     pub seed: u64,
@@ -81,6 +85,9 @@ impl Settings {
             gloss: distribution,
             lens: distribution,
             transparent_shadows: render.transparent_shadows && render.integrator != Integrator::Photon,
+            // A ray of the camera that goes on behind a hole is still one: what it shows counts for alpha.
+            splits_holes: !distribution && !render.transparent,
+            transparent: render.transparent,
             fresnel: render.fresnel,
             background: render.background.as_vec3(),
             seed,

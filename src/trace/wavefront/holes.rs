@@ -13,7 +13,6 @@ use super::path_state::PathState;
 use super::ray_queue::RayQueue;
 use super::worker::Worker;
 use crate::base::limits;
-use crate::components::Integrator;
 use crate::trace::material::texture::RayCone;
 use crate::trace::material::{HoleCoverage, ShadingParams};
 use crate::trace::primitive::SurfacePoint;
@@ -67,7 +66,6 @@ fn beyond(
     chance: impl Fn(u32) -> f32,
     worker: &mut Worker,
 ) -> Option<Hit> {
-    let split = context.settings.integrator == Integrator::Whitted;
     for step in 0..limits::HOLES {
         let tag = context.geometry.tag(hit.primitive);
         let material = &context.materials[tag.material as usize];
@@ -79,7 +77,7 @@ fn beyond(
         let surface = context.geometry.surface_point(ray, &hit);
         let cover = if has_holes { cover(context, ray, &hit, state.cone, &surface) } else { 1.0 };
         // Whether all of it is there needs no chance.
-        let is_split = split && material.coverage == HoleCoverage::Partial;
+        let is_split = context.settings.splits_holes && material.coverage == HoleCoverage::Partial;
         let is_there = cover >= 1.0 || (cover > 0.0 && (is_split || chance(step) < cover));
         let front = ray.direction.dot(surface.geometric_normal) < 0.0;
         let crossing = Crossing::new(context.materials, state.medium, tag, front);
