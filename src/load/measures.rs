@@ -10,6 +10,7 @@ use crate::components::*;
 /// What a scene holds at rest, without its planes, which have no end.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneMeasures {
+    /// How many there are.
     pub entities: usize,
     /// Entities with a mesh.
     pub meshes: usize,
@@ -19,8 +20,11 @@ pub struct SceneMeasures {
     pub area: f64,
     /// The box around meshes and spheres, world space; `None` if there are none.
     pub bounds: Option<[DVec3; 2]>,
+    /// Entities that carry a light.
     pub lights: usize,
+    /// Entities that carry a camera.
     pub viewpoints: usize,
+    /// Names, in the order of the file.
     pub materials: Vec<Text>,
     /// Clips of all assets, with the seconds of their first and last key.
     pub clips: Vec<(Text, [f64; 2])>,

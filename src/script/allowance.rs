@@ -20,13 +20,18 @@ pub struct Allowance {
 /// One of the limits that may be raised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {
+    /// Steps of the engine in one call.
     Operations,
+    /// Processor time of one call.
     Seconds,
+    /// Mebibytes that all values of a script hold.
     Memory,
+    /// Entities that one frame may spawn.
     Spawns,
 }
 
 impl Limit {
+    /// Every limit, in the order of the guide.
     pub const ALL: [Limit; 4] = [Limit::Operations, Limit::Seconds, Limit::Memory, Limit::Spawns];
 
     /// As it is written: `limits: #{ operations: 1e9 }`.
@@ -71,6 +76,7 @@ impl Default for Allowance {
 }
 
 impl Allowance {
+    /// What a limit is for this script.
     pub fn get(&self, limit: Limit) -> u64 {
         self.values[limit as usize]
     }

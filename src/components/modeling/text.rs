@@ -25,6 +25,7 @@ pub struct TextLayout {
     pub size: f64,
     /// Thickness in world units; 0 for a face alone.
     pub depth: f64,
+    /// How its lines stand to each other.
     pub align: TextAlign,
     /// From one base line to the next, in ems.
     pub line_spacing: f64,
