@@ -93,7 +93,11 @@ fn limits_of_texts_and_of_chains_of_parents_hold() {
 fn a_script_that_runs_for_ever() {
     let script = "animation(#{ frames: 2 });\nfn frame(s, f) {\n  loop { }\n}";
     mistake("a.rhai", script, &["a.rhai:3:", "frame 1"]);
-    mistake("a.rhai", "animation(#{ frames: 2 });\nfn f(n) { f(n + 1) }\nfn frame(s, f) { f(0); }", &["a.rhai:2:"]);
+    mistake(
+        "a.rhai",
+        "animation(#{ frames: 2 });\nfn f(n) { f(n + 1) }\nfn frame(s, f) { f(0); }",
+        &["a.rhai:3:18:", "too deep"],
+    );
 }
 
 #[test]
