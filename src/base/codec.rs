@@ -1,8 +1,8 @@
 //! Values as bytes, for another process of this same program: compact, exact to the bit, and never believed for a size.
 //!
 //! Numbers go as they are in memory, little end first; lengths and counts in seven bits a byte. Nothing is named or
-//! versioned: both ends are one executable. What is shared by pointer and large goes once: behind an [`Encoder`] with a
-//! table of what the other end has already, it is a number.
+//! versioned: both ends are one executable. What is shared by pointer and large goes once a message, and never if a message
+//! that both ends keep in mind had it: where it comes again it is a number.
 
 use std::any::Any;
 use std::sync::Arc;
@@ -20,6 +20,8 @@ pub struct Malformed;
 #[derive(Clone, Default)]
 pub struct SharedTable {
     values: Vec<Arc<dyn Any + Send + Sync>>,
+    /// How many of them outlast the message.
+    kept: usize,
     numbers: FxHashMap<usize, u32>,
 }
 
@@ -28,9 +30,19 @@ impl SharedTable {
         self.numbers.get(&address(value)).copied()
     }
 
-    fn add<T: Any + Send + Sync>(&mut self, value: &Arc<T>) {
+    fn add<T: Any + Send + Sync>(&mut self, value: &Arc<T>, keeps: bool) {
         self.numbers.insert(address(value), self.values.len() as u32);
         self.values.push(value.clone());
+        if keeps {
+            self.kept = self.values.len();
+        }
+    }
+
+    /// Forgets what only the last message had.
+    fn end_message(&mut self) {
+        self.values.truncate(self.kept);
+        let kept = self.kept as u32;
+        self.numbers.retain(|_, number| *number < kept);
     }
 }
 
@@ -51,6 +63,12 @@ pub struct Encoder {
 }
 
 impl Encoder {
+    /// Makes room for another message.
+    pub fn start_message(&mut self) {
+        self.bytes.clear();
+        self.table.end_message();
+    }
+
     /// Writes a value behind what is there.
     pub fn put<T: Codec>(&mut self, value: &T) {
         value.encode(self);
@@ -72,9 +90,7 @@ impl Encoder {
         }
         self.count(0);
         value.encode(self);
-        if self.teaches {
-            self.table.add(value);
-        }
+        self.table.add(value, self.teaches);
     }
 }
 
@@ -145,9 +161,7 @@ impl<'a> Decoder<'a> {
             return known.cloned().ok_or(Malformed)?.downcast().map_err(|_| Malformed);
         }
         let value = Arc::new(T::decode(self)?);
-        if self.learns {
-            self.table.add(&value);
-        }
+        self.table.add(&value, self.learns);
         Ok(value)
     }
 }
@@ -393,6 +407,20 @@ mod tests {
         let mut decoder = Decoder::new(&encoder.bytes, SharedTable::default(), true);
         let [a, b] = [(); 2].map(|()| decoder.shared::<Vec<f64>>().unwrap());
         assert!(Arc::ptr_eq(&a, &b) && a == mesh);
+    }
+
+    #[test]
+    fn what_a_message_alone_has_goes_once_in_each() {
+        let [mesh, other] = [1.0f64, 2.0].map(|x| Arc::new(vec![x; 1_000]));
+        let mut encoder = Encoder::default();
+        for _ in 0..2 {
+            encoder.start_message();
+            [&mesh, &other, &mesh, &other].map(|value| encoder.shared(value));
+            assert!((16_000..16_100).contains(&encoder.bytes.len()));
+            let mut decoder = Decoder::new(&encoder.bytes, SharedTable::default(), false);
+            let [a, b, c, d] = [(); 4].map(|()| decoder.shared::<Vec<f64>>().unwrap());
+            assert!(Arc::ptr_eq(&a, &c) && Arc::ptr_eq(&b, &d) && a == mesh && d == other);
+        }
     }
 
     #[test]

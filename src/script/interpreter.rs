@@ -300,10 +300,14 @@ impl Interpreter {
         if sandbox::is_probing() {
             return None;
         }
-        sandbox::set_probe(sandbox::Probe { stop_at: Some(sandbox::steps()), report: None });
-        let (outcome, _) = self.run(scene, time, RunMode::Unwrapped, state);
-        sandbox::set_probe(sandbox::Probe::default());
-        outcome.err().map(|error| errors::position(&error))
+        let steps = sandbox::steps();
+        // A step less is one that the run unwrapped comes to before an operation that falls over.
+        [steps, steps.saturating_sub(1)].into_iter().find_map(|stop_at| {
+            sandbox::set_probe(sandbox::Probe { stop_at: Some(stop_at), report: None });
+            let (outcome, _) = self.run(scene, time, RunMode::Unwrapped, state.clone());
+            sandbox::set_probe(sandbox::Probe::default());
+            outcome.err().map(|error| errors::position(&error)).filter(|at| !at.is_none())
+        })
     }
 
     fn index_of(&self, scene: &Arc<Scene>) -> Arc<NameIndex> {

@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use ::rhai::{Dynamic, Engine, EvalAltResult};
+use ::rhai::{Dynamic, Engine, EvalAltResult, Position};
 
 use super::allowance::{Allowance, Limit};
 use super::errors::{Fallible, complain};
@@ -152,10 +152,8 @@ impl CallWatch {
         if steps.is_multiple_of(16) && steps >= allowance().get(Limit::Operations) {
             return Some(Stopped::Operations);
         }
-        if steps.is_multiple_of(64)
-            && self.ceiling.get() < usize::MAX
-            && memory::held().is_some_and(|held| held > self.ceiling.get())
-        {
+        // At every step, for a text doubles in one.
+        if self.ceiling.get() < usize::MAX && memory::held().is_some_and(|held| held > self.ceiling.get()) {
             return Some(Stopped::Memory);
         }
         let is_late = || {
@@ -174,6 +172,10 @@ pub fn guarded<T>(run: impl FnOnce() -> Fallible<T>) -> Fallible<T> {
     catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|cause| {
         let text = cause.downcast_ref::<String>().map(String::as_str).or(cause.downcast_ref::<&str>().copied());
         let text = text.unwrap_or("no reason given").to_string();
+        // What the engine's texts say where the allocator has no more for them.
+        if text.contains("allocate memory") {
+            return Err(EvalAltResult::ErrorTerminated(Dynamic::from(Stopped::Memory), Position::NONE).into());
+        }
         Err(EvalAltResult::ErrorSystem("the script engine fell over".into(), text.into()).into())
     })
 }

@@ -107,16 +107,9 @@ fn the_picture_moves_by_the_vectors() {
         let moved: Vec<DVec2> = pixels(&sandbox, "out", 2).iter().filter(|p| p.0 == 1.0).map(|p| p.2).collect();
         let by = centre(2) - centre(1);
         assert!(moved.len() > 50 && (mean(&moved) - by).length() < 0.4, "{} {by}", mean(&moved));
-        // A clip of two frames: t is 0, then 1; inside the shutter it goes on from 0 and stays at 1.
-        let is_near = |shift: f64| move |m: &DVec2| (*m - DVec2::new(-5.0, 3.0) * shift).length() < 0.02;
-        if shutter.is_empty() {
-            assert!(moved.iter().all(is_near(2.0)));
-        } else {
-            let moments = (0..16).map(|i| 2.0 - 0.5 * (f64::from(i) + 0.5) / 16.0);
-            let shares = moments.map(|shift| moved.iter().filter(|m| is_near(shift)(m)).count());
-            assert_eq!(shares.clone().sum::<usize>(), moved.len());
-            assert!(shares.filter(|n| *n > 0).count() > 8);
-        }
+        // Two frames of a clip are 1 apart, and every moment within the shutter as far from its like in the frame before.
+        let is_near = |m: &DVec2| (*m - DVec2::new(-10.0, 6.0)).length() < 0.02;
+        assert!(moved.iter().all(is_near), "{moved:?}");
     }
 }
 

@@ -61,7 +61,7 @@ fn now() -> u64 {
 }
 
 fn say<T: Codec>(reply: &Reply<T>, encoder: &mut Encoder) {
-    encoder.bytes.clear();
+    encoder.start_message();
     encoder.put(reply);
     let mut out = io::stdout().lock();
     // Whoever has hung up needs no answer; the next request ends the process.
