@@ -415,7 +415,9 @@ mod tests {
         let mut encoder = Encoder::default();
         for _ in 0..2 {
             encoder.start_message();
-            [&mesh, &other, &mesh, &other].map(|value| encoder.shared(value));
+            for value in [&mesh, &other, &mesh, &other] {
+                encoder.shared(value);
+            }
             assert!((16_000..16_100).contains(&encoder.bytes.len()));
             let mut decoder = Decoder::new(&encoder.bytes, SharedTable::default(), false);
             let [a, b, c, d] = [(); 4].map(|()| decoder.shared::<Vec<f64>>().unwrap());
