@@ -3,7 +3,7 @@
 //! The test is that of Woop, Benthin and Wald (Watertight Ray/Triangle Intersection, JCGT 2013): edge functions whose signs
 //! are exactly opposite along a shared edge, so that no ray slips between two triangles.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 
 use super::area::AreaSampling;
 use super::bounds::Bounds;
@@ -17,7 +17,7 @@ use super::tag::{Sides, Tag};
 use super::terminator::SmoothFacet;
 use super::uv::{ObjectSpace, SurfaceUv, UvPoint};
 use crate::trace::sampler::in_triangle;
-use crate::trace::simd::{Lanes, V3};
+use crate::trace::simd::{LANES, Lanes, V3, lane, lanes};
 use crate::trace::soa::{Hit, Ray};
 
 /// Number of a flat triangle's shading normals.
@@ -186,22 +186,28 @@ pub fn intersect_triangle<L: Lanes>(ray: &PreparedRayLanes<L>, corners: [V3<L>; 
     // they are. A ray that starts in the corner of a room would slip through the other wall otherwise.
     let unsure = L::and(L::and(met, L::not(sure)), (zero - doubt).le(t));
     if L::any(unsure) && !ray.is_mapped {
-        let ahead = L::retain(unsure, |lane| is_ahead(ray, &corners, L::any(L::retain(front, |i| i == lane)), lane));
+        // As plain numbers: instructions of AVX would be calls out there.
+        let (corners, origin) = (corners.map(V3::store), ray.turned_origin.store());
+        let ahead = L::mask(which_are_ahead(L::bits(unsure), L::bits(front), &origin, &corners));
         hit = L::or(hit, ahead);
         t = L::select(ahead, t.max(L::splat(f32::MIN_POSITIVE)), t);
     }
     Some(TriangleHits { t, u: v * per_area, v: w * per_area, front, hit })
 }
 
-/// Whether the plane of a triangle lies ahead of a ray that comes from its front or back, by `f64` on the `f32` numbers
-/// that are given: the products are exact, and what is left of error is far below the offset with which rays leave
-/// surfaces.
+/// Of the lanes that have a bit, those where the plane of the triangle lies ahead of a ray that comes from its front or
+/// back, by `f64` on the `f32` numbers that are given: the products are exact, and what is left of error is far below the
+/// offset with which rays leave surfaces.
 #[inline(never)]
-fn is_ahead<L: Lanes>(ray: &PreparedRayLanes<L>, corners: &[V3<L>; 3], front: bool, lane: usize) -> bool {
-    let point = |v: &V3<L>| DVec3::new(v.x.lane(lane).into(), v.y.lane(lane).into(), v.z.lane(lane).into());
-    let [a, b, c] = corners.each_ref().map(point);
-    let height = (b - a).cross(c - a).dot(point(&ray.turned_origin) - a);
-    if front { height > 0.0 } else { height < 0.0 }
+fn which_are_ahead(unsure: u32, front: u32, origin: &[[f32; LANES]; 3], corners: &[[[f32; LANES]; 3]; 3]) -> u32 {
+    let mut ahead = 0;
+    for i in lanes(unsure) {
+        let [a, b, c] = corners.each_ref().map(|corner| lane(corner, i).as_dvec3());
+        let height = (b - a).cross(c - a).dot(lane(origin, i).as_dvec3() - a);
+        let is_ahead = if front >> i & 1 == 1 { height > 0.0 } else { height < 0.0 };
+        ahead |= u32::from(is_ahead) << i;
+    }
+    ahead
 }
 
 /// A bound of the error of a triangle's distance (pbrt-v4, section 6.8.4): a hit that is no farther may lie behind the

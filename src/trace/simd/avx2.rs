@@ -120,18 +120,6 @@ impl Lanes for Avx2 {
         unsafe { _mm256_xor_ps(mask, _mm256_castsi256_ps(_mm256_set1_epi32(-1))) }
     }
     #[inline(always)]
-    fn lane(self, i: usize) -> f32 {
-        self.store()[i]
-    }
-    #[inline(always)]
-    fn retain(mask: Self::Mask, mut keep: impl FnMut(usize) -> bool) -> Self::Mask {
-        let mut bits = 0;
-        for lane in lanes(Self::bits(mask)) {
-            bits |= u32::from(keep(lane)) << lane;
-        }
-        Self::mask(bits)
-    }
-    #[inline(always)]
     fn next_up(self) -> Self {
         unsafe {
             let bits = _mm256_castps_si256(self.0);

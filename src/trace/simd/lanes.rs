@@ -62,10 +62,6 @@ pub trait Lanes:
     }
     /// The least number above, as [`f32::next_up`].
     fn next_up(self) -> Self;
-    /// One of the lanes; there is no lane from the number of lanes on.
-    fn lane(self, i: usize) -> f32;
-    /// The lanes of a mask that pass a test, each asked for by its number; for what is rare.
-    fn retain(mask: Self::Mask, keep: impl FnMut(usize) -> bool) -> Self::Mask;
 
     /// The greatest number below, as [`f32::next_down`].
     #[inline(always)]
@@ -218,14 +214,6 @@ impl Lanes for f32 {
     #[inline(always)]
     fn next_up(self) -> f32 {
         f32::next_up(self)
-    }
-    #[inline(always)]
-    fn lane(self, _: usize) -> f32 {
-        self
-    }
-    #[inline(always)]
-    fn retain(mask: bool, mut keep: impl FnMut(usize) -> bool) -> bool {
-        mask && keep(0)
     }
     #[inline(always)]
     fn next_down(self) -> f32 {

@@ -100,18 +100,6 @@ impl Lanes for Plain {
         !mask & ((1 << LANES) - 1)
     }
     #[inline(always)]
-    fn lane(self, i: usize) -> f32 {
-        self.store()[i]
-    }
-    #[inline(always)]
-    fn retain(mask: Self::Mask, mut keep: impl FnMut(usize) -> bool) -> Self::Mask {
-        let mut bits = 0;
-        for lane in lanes(Self::bits(mask)) {
-            bits |= u32::from(keep(lane)) << lane;
-        }
-        Self::mask(bits)
-    }
-    #[inline(always)]
     fn next_up(self) -> Self {
         Plain(self.0.map(f32::next_up))
     }

@@ -7,7 +7,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::lanes::{LANES, Lanes, Wide, lanes};
+use super::lanes::{LANES, Lanes, Wide};
 use super::plain_u32x8::PlainU32x8;
 
 /// Eight lanes in two registers.
@@ -100,18 +100,6 @@ impl Lanes for Sse2 {
     #[inline(always)]
     fn not(mask: Self::Mask) -> Self::Mask {
         mask.map(|m| unsafe { _mm_xor_ps(m, _mm_castsi128_ps(_mm_set1_epi32(-1))) })
-    }
-    #[inline(always)]
-    fn lane(self, i: usize) -> f32 {
-        self.store()[i]
-    }
-    #[inline(always)]
-    fn retain(mask: Self::Mask, mut keep: impl FnMut(usize) -> bool) -> Self::Mask {
-        let mut bits = 0;
-        for lane in lanes(Self::bits(mask)) {
-            bits |= u32::from(keep(lane)) << lane;
-        }
-        Self::mask(bits)
     }
     #[inline(always)]
     fn next_up(self) -> Self {
