@@ -8,7 +8,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::lanes::{COMPRESS, Kernel, LANES, Lanes, U32x8, Wide, lanes};
+use super::lanes::{COMPRESS, Kernel, LANES, Lanes, U32x8, Wide};
 
 /// Proof that this processor has AVX2 and what comes with it. There is no other way to one than [`Self::detect`]: kernels
 /// are entered for every ray, and to ask the processor each time took 1.5 % of the time of bounces.

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::lanes::{LANES, Lanes, Wide, lanes};
+use super::lanes::{LANES, Lanes, Wide};
 use super::plain_u32x8::PlainU32x8;
 
 /// Eight lanes on any processor.
