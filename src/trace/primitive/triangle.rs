@@ -187,7 +187,8 @@ pub fn intersect_triangle<L: Lanes>(ray: &PreparedRayLanes<L>, corners: [V3<L>; 
     let unsure = L::and(L::and(met, L::not(sure)), (zero - doubt).le(t));
     if L::any(unsure) && !ray.is_mapped {
         // As plain numbers: instructions of AVX would be calls out there.
-        let (corners, origin) = (corners.map(V3::store), ray.turned_origin.store());
+        let [a, b, c] = &corners;
+        let (corners, origin) = ([a.store(), b.store(), c.store()], ray.turned_origin.store());
         let ahead = L::mask(which_are_ahead(L::bits(unsure), L::bits(front), &origin, &corners));
         hit = L::or(hit, ahead);
         t = L::select(ahead, t.max(L::splat(f32::MIN_POSITIVE)), t);

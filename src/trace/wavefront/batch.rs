@@ -100,7 +100,8 @@ impl<L: Wide> ShadingBatch<'_, L> {
     #[inline(always)]
     pub fn smooth_starts(&self, bits: u32, origins: V3<L>) -> (u32, V3<L>) {
         let SurfacePointLanes { point, error, geometric_normal, shading_normal } = &self.points;
-        let points = [*point, *error, *geometric_normal, *shading_normal].map(V3::store);
+        // No function of arrays: see `Kernel::run`.
+        let points = [point.store(), error.store(), geometric_normal.store(), shading_normal.store()];
         let mut origins = origins.store();
         let found = each_smooth_start(&self.input, &self.rays, &points, bits, &mut origins);
         (found, V3::load(&origins))
