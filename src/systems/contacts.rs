@@ -13,8 +13,9 @@
 //! | two transparent bodies, flush | the same, back |
 //!
 //! Contacts are found between flat faces (of boxes, caps, triangles, planes and meshes) that overlap, and between equal
-//! spheres; meshes that skins and morphs bend are left out. How far something moves follows from its own size and place and what it touches, so that a frame stays a
-//! function of its scene; reuse between frames counts a body as changed if it is moved otherwise.
+//! spheres; meshes that skins and morphs bend are left out. How far something moves follows from its own size and place and
+//! what it touches, so that a frame stays a function of its scene; reuse between frames counts a body as changed if it is
+//! moved otherwise.
 
 use std::collections::BTreeMap;
 
@@ -28,8 +29,8 @@ use crate::base::diagnostics::Diagnostic;
 use crate::base::limits;
 use crate::components::*;
 
-/// How far a body moves, as a share of its size and of its distance from the origin of the space that is traced: some twenty times what coordinates
-/// are rounded by.
+/// How far a body moves, as a share of its size and of its distance from the origin of the space that is traced: some
+/// twenty times what coordinates are rounded by.
 const STEP: f64 = 1.5e-5;
 /// Planes that differ by less than this, as a share of the same, are one.
 const SAME_PLANE: f64 = 4e-7;
@@ -242,20 +243,39 @@ impl Contacts {
         let mut tests = 0;
         for mut group in planes.into_values().filter(|group| group.len() > 1) {
             group.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            for (i, (distance, a)) in group.iter().enumerate() {
-                for (other, b) in &group[i + 1..] {
-                    let size = self.size(*a).max(self.size(*b));
-                    if other - distance > SAME_PLANE * size {
-                        break;
-                    }
-                    tests += 1;
-                    if tests > limits::CONTACT_TESTS {
-                        return;
-                    }
-                    self.touch(*a, *b);
+            let widest = SAME_PLANE * group.iter().map(|(_, face)| self.size(*face)).fold(0.0, f64::max);
+            for near in group.chunk_by(|a, b| b.0 - a.0 <= widest) {
+                tests = self.find_in_plane(near, tests);
+                if tests > limits::CONTACT_TESTS {
+                    return;
                 }
             }
         }
+    }
+
+    /// Contacts among faces whose planes are nearly one, by distance from the origin. Faces of one body do not touch each
+    /// other: a floor of many triangles costs no more than what stands on it. `tests` were made before; gives how many are
+    /// now.
+    fn find_in_plane(&mut self, near: &[(f64, usize)], mut tests: usize) -> usize {
+        let mut of_bodies: BTreeMap<usize, Vec<(f64, usize)>> = BTreeMap::new();
+        for (distance, face) in near {
+            of_bodies.entry(self.faces[*face].body).or_default().push((*distance, *face));
+        }
+        let bodies: Vec<Vec<(f64, usize)>> = of_bodies.into_values().collect();
+        for (i, one) in bodies.iter().enumerate() {
+            for (first, a) in one {
+                for (second, b) in bodies[i + 1..].iter().flatten() {
+                    tests += 1;
+                    if tests > limits::CONTACT_TESTS {
+                        return tests;
+                    }
+                    if (second - first).abs() <= SAME_PLANE * self.size(*a).max(self.size(*b)) {
+                        self.touch(*a.min(b), *a.max(b));
+                    }
+                }
+            }
+        }
+        tests
     }
 
     /// Size of a face's body, its distance from the origin included.
@@ -267,7 +287,7 @@ impl Contacts {
 
     fn touch(&mut self, a: usize, b: usize) {
         let (one, two) = (&self.faces[a], &self.faces[b]);
-        if one.body == two.body || one.normal.dot(two.normal).abs() < 1.0 - 1e-9 {
+        if one.normal.dot(two.normal).abs() < 1.0 - 1e-9 {
             return;
         }
         let [first, second] = [self.bodies[one.body], self.bodies[two.body]];

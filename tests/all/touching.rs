@@ -29,6 +29,21 @@ fn close(name: &str, found: &image::Rgb32FImage, expected: &image::Rgb32FImage, 
 const CUBE: &str = "vertices: [(-1,0,-1),(1,0,-1),(1,0,1),(-1,0,1),(-1,1,-1),(1,1,-1),(1,1,1),(-1,1,1)], \
     triangles: [(0,1,2),(0,2,3),(4,6,5),(4,7,6),(0,4,5),(0,5,1),(1,5,6),(1,6,2),(2,6,7),(2,7,3),(3,7,4),(3,4,0)]";
 
+/// A floor of many triangles that all lie in one plane.
+fn tiles() -> String {
+    let side = 40;
+    let number = |x: i32, z: i32| z * (side + 1) + x;
+    let place = |i: i32| (i as f32 - 20.0) * 0.2;
+    let points = (0..=side).flat_map(|z| (0..=side).map(move |x| format!("({},0,{})", place(x), place(z))));
+    let pair = |x: i32, z: i32| {
+        let [a, b, c, d] = [number(x, z), number(x, z + 1), number(x + 1, z + 1), number(x + 1, z)];
+        format!("({a},{b},{c}),({a},{c},{d})")
+    };
+    let triangles = (0..side).flat_map(|z| (0..side).map(move |x| pair(x, z)));
+    let list = |all: Vec<String>| all.join(",");
+    format!("mesh: (vertices: [{}], triangles: [{}])", list(points.collect()), list(triangles.collect()))
+}
+
 /// A floor seen through a block of glass that stands on it, or floats so far above.
 fn block(floor: &str, glass: &str, material: &str, render: &str) -> String {
     format!(
@@ -46,14 +61,20 @@ fn glass_on_a_floor_is_seen_as_if_it_hovered() {
     let plane = "plane: ()";
     let quad = "mesh: (vertices: [(-4,0,4),(4,0,4),(4,0,-4),(-4,0,-4)], triangles: [(0,1,2),(0,2,3)])";
     let slab = "aabox: (min: (-4, -1, -4), max: (4, 0, 4))";
+    let tiles = &tiles();
     let turned = "rotation: (0, 27, 0)";
     let thin = "diffuse: 0.0, transmission: 1.0, ior: 1.0001";
     let glass = "model: Dielectric, ior: 1.5";
     let direct = "samples: 16, transparent_shadows: true";
     let path = "samples: 64, integrator: Path, seed: Some(3)";
-    for (floor, material, render) in
-        [(plane, thin, direct), (quad, thin, direct), (slab, thin, direct), (plane, glass, path), (slab, glass, path)]
-    {
+    for (floor, material, render) in [
+        (plane, thin, direct),
+        (quad, thin, direct),
+        (tiles, thin, direct),
+        (slab, thin, direct),
+        (plane, glass, path),
+        (slab, glass, path),
+    ] {
         for solid in ["aabox: (min: (-1, 0, -1), max: (1, 1, 1))", &format!("mesh: ({CUBE})")] {
             let at = |y: f64| format!("{solid}, transform: (translation: (0, {y}, 0), {turned})");
             let standing = picture(&block(floor, &at(0.0), material, render));
