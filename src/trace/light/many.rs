@@ -14,11 +14,11 @@ use crate::trace::primitive::Bounds;
 /// Of so many lights one is chosen by power: a walk through a tree would cost more than it is worth.
 const FEW: usize = 8;
 
-/// Lamps and emitters, numbered through: those that fall off with distance in a tree, the others by strength.
+/// Lamps and emitters, numbered through: those that fall off with distance in a tree, the others by power.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ManyLights {
     tree: LightTree,
-    even: DiscreteDistribution,
+    no_falloff: DiscreteDistribution,
 }
 
 fn strength(v: Vec3) -> f32 {
@@ -35,26 +35,26 @@ impl ManyLights {
         let of_lamps = lamps.iter().map(bounds_of_lamp);
         let bounds: Vec<Option<LightBounds>> =
             of_lamps.chain(emitters.iter().map(|e| Some(bounds_of_emitter(e)))).collect();
-        // What an even lamp brings is the same everywhere.
-        let even =
-            |lamp: &Lamp| if bounds_of_lamp(lamp).is_none() { f64::from(PI * strength(lamp.color)) } else { 0.0 };
-        let others = emitters.iter().map(|_| 0.0);
-        let even = DiscreteDistribution::new(lamps.iter().map(even).chain(others));
-        Some(ManyLights { tree: LightTree::new(&bounds), even })
+        // What a lamp brings that does not fall off is the same everywhere. Emitters all have bounds.
+        let everywhere = |(light, bounds): (usize, &Option<LightBounds>)| {
+            if bounds.is_some() { 0.0 } else { f64::from(PI * strength(lamps[light].color)) }
+        };
+        let no_falloff = DiscreteDistribution::new(bounds.iter().enumerate().map(everywhere));
+        Some(ManyLights { tree: LightTree::new(&bounds), no_falloff })
     }
 
     /// The chance that a light which does not fall off is chosen.
-    fn even_share(&self, from: Vec3) -> f32 {
-        let (even, falling) = (self.even.total as f32, self.tree.importance(from));
-        if even > 0.0 { even / (even + falling) } else { 0.0 }
+    fn no_falloff_share(&self, from: Vec3) -> f32 {
+        let (constant, falling) = (self.no_falloff.total as f32, self.tree.importance(from));
+        if constant > 0.0 { constant / (constant + falling) } else { 0.0 }
     }
 
     /// A light for a number in 0..1, with the chance of it; `None` where none shines to the point.
     pub fn pick(&self, from: Vec3, u: f32) -> Option<(usize, f32)> {
-        let share = self.even_share(from);
+        let share = self.no_falloff_share(from);
         if u < share {
-            let (light, _) = self.even.pick(u / share)?;
-            return Some((light, self.even.chance(light) * share));
+            let (light, _) = self.no_falloff.pick(u / share)?;
+            return Some((light, self.no_falloff.chance(light) * share));
         }
         let (light, chance) =
             self.tree.pick(from, ((u - share) / (1.0 - share)).clamp(0.0, 1.0 - f32::EPSILON / 2.0))?;
@@ -63,8 +63,8 @@ impl ManyLights {
 
     /// The chance that [`Self::pick`] gives a light.
     pub fn chance(&self, from: Vec3, light: usize) -> f32 {
-        let share = self.even_share(from);
-        self.even.chance(light) * share + self.tree.chance(from, light as u32) * (1.0 - share)
+        let share = self.no_falloff_share(from);
+        self.no_falloff.chance(light) * share + self.tree.chance(from, light as u32) * (1.0 - share)
     }
 }
 

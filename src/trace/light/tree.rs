@@ -75,27 +75,23 @@ impl LightBounds {
         }
     }
 
-    /// An estimate of what it brings to a point; 0 only where it brings nothing.
-    fn importance(&self, from: Vec3) -> f32 {
-        let away = from - self.bounds.center();
-        let radius = 0.5 * self.bounds.size().length();
-        let (square, least) = (away.length_squared(), radius * radius);
-        let mut cosine = self.axis.dot(away / square.sqrt().max(f32::MIN_POSITIVE));
-        if self.two_sided {
-            cosine = cosine.abs();
+    /// What [`ImportanceTerms::importance`] asks for at every point.
+    fn terms(&self) -> ImportanceTerms {
+        let LightBounds { bounds, power, axis, normals, emission, two_sided } = *self;
+        let radius = 0.5 * bounds.size().length();
+        ImportanceTerms {
+            center: bounds.center(),
+            square_radius: radius * radius,
+            power,
+            axis,
+            normals: with_sine(normals),
+            emission,
+            two_sided,
         }
-        // Directions to all points of it are within this angle of that to its centre.
-        let spread = if square <= least { -1.0 } else { (1.0 - least / square).max(0.0).sqrt() };
-        let beyond_normals = subtract_angles(with_sine(cosine), with_sine(self.normals));
-        let [least_angle, _] = subtract_angles(beyond_normals, with_sine(spread));
-        // Rounding must not hide what is seen under the very angle of the edge.
-        if least_angle < self.emission - 1e-4 {
-            return 0.0;
-        }
-        self.power * least_angle.max(1e-4) / square.max(least).max(f32::MIN_POSITIVE)
     }
 
-    /// The cost of a set of lights: power, times the measure of directions that it shines to, times the square of its extent.
+    /// The cost of a set of lights: power, times the measure of directions that it shines to, times the square of its
+    /// extent.
     fn cost(&self, longest: f32, side: f32) -> f32 {
         let (open, emission) = (libm::acosf(self.normals.clamp(-1.0, 1.0)), libm::acosf(self.emission));
         let reach = (open + emission).min(std::f32::consts::PI);
@@ -107,9 +103,45 @@ impl LightBounds {
     }
 }
 
+/// Light bounds as a walk through the tree looks at them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct ImportanceTerms {
+    center: Vec3,
+    /// Of the sphere around the box.
+    square_radius: f32,
+    power: f32,
+    axis: Vec3,
+    /// Cosine and sine of how far normals are from the axis.
+    normals: [f32; 2],
+    /// Cosine of how far from its normal each point emits.
+    emission: f32,
+    two_sided: bool,
+}
+
+impl ImportanceTerms {
+    /// An estimate of what the lights bring to a point; 0 only where they bring nothing.
+    fn importance(&self, from: Vec3) -> f32 {
+        let away = from - self.center;
+        let (square, least) = (away.length_squared(), self.square_radius);
+        let mut cosine = self.axis.dot(away / square.sqrt().max(f32::MIN_POSITIVE));
+        if self.two_sided {
+            cosine = cosine.abs();
+        }
+        // Directions to all points of it are within this angle of that to its centre.
+        let spread = if square <= least { -1.0 } else { (1.0 - least / square).max(0.0).sqrt() };
+        let beyond_normals = subtract_angles(with_sine(cosine), self.normals);
+        let [least_angle, _] = subtract_angles(beyond_normals, with_sine(spread));
+        // Rounding must not hide what is seen under the very angle of the edge.
+        if least_angle < self.emission - 1e-4 {
+            return 0.0;
+        }
+        self.power * least_angle.max(1e-4) / square.max(least).max(f32::MIN_POSITIVE)
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct LightNode {
-    light: LightBounds,
+    light: ImportanceTerms,
     /// The second child, the first being the next node; of a leaf, the number of its light.
     next: u32,
     is_leaf: bool,
@@ -149,18 +181,18 @@ impl LightTree {
     fn build(&mut self, lights: &mut [(u32, LightBounds)], way: u64, depth: u32) -> LightBounds {
         if let [(number, light)] = lights {
             self.ways[*number as usize] = way;
-            self.nodes.push(LightNode { light: *light, next: *number, is_leaf: true });
+            self.nodes.push(LightNode { light: light.terms(), next: *number, is_leaf: true });
             return *light;
         }
         let node = self.nodes.len();
         let middle = split(lights, depth);
         let (first, second) = lights.split_at_mut(middle);
-        self.nodes.push(LightNode { light: first[0].1, next: 0, is_leaf: false });
+        self.nodes.push(LightNode { light: first[0].1.terms(), next: 0, is_leaf: false });
         let near = self.build(first, way, depth + 1);
         let next = self.nodes.len() as u32;
         let far = self.build(second, way | 1 << depth, depth + 1);
         let light = near.union(far);
-        self.nodes[node] = LightNode { light, next, is_leaf: false };
+        self.nodes[node] = LightNode { light: light.terms(), next, is_leaf: false };
         light
     }
 
@@ -332,7 +364,7 @@ mod tests {
         let tree = LightTree::new(&lights);
         for from in points() {
             for (i, light) in lights.iter().enumerate() {
-                let shines = light.is_some_and(|light| light.importance(from) > 0.0);
+                let shines = light.is_some_and(|light| light.terms().importance(from) > 0.0);
                 assert_eq!(tree.chance(from, i as u32) > 0.0, shines, "{i} {from}");
             }
         }
