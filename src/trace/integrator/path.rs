@@ -126,7 +126,7 @@ pub fn scatter_one(
     depth: u32,
     counters: &mut Counters,
 ) -> Option<(Ray, PathState)> {
-    let rays = scatter::<f32, _, _>(context, seen.met, seen, depth).filter(|rays| rays.departure.going != 0)?;
+    let rays = scatter::<f32, _, _>(context, seen.met, seen, depth).filter(|rays| rays.spawned.going != 0)?;
     if rays.sample.transmitted {
         counters.refraction_rays += 1;
     } else if rays.sample.specular {
@@ -134,5 +134,5 @@ pub fn scatter_one(
     } else {
         counters.diffuse_rays += 1;
     }
-    Some((Ray::new(rays.departure.origin.into(), rays.departure.direction.into()), rays.states.single()))
+    Some((Ray::new(rays.spawned.origin.into(), rays.spawned.direction.into()), rays.states.single()))
 }

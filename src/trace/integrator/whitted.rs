@@ -16,8 +16,8 @@ use crate::trace::sampler::{Domain, Frame, power_heuristic, uniform_sphere};
 use crate::trace::simd::V3;
 use crate::trace::soa::Ray;
 use crate::trace::wavefront::{
-    BlinnPhongShading, Departure, LampShading, PathState, RayQueue, RenderContext, ShadowRayQueue, SurfaceInteraction,
-    accumulator_slot, mirror_directions, push_mirrored, sample_lamp, shadow_ray_from,
+    BlinnPhongShading, LampShading, PathState, RayQueue, RenderContext, ShadowRayQueue, SpawnedRays,
+    SurfaceInteraction, accumulator_slot, mirror_directions, push_mirrored, sample_lamp, shadow_ray_from,
 };
 
 /// The law that a surface other than Blinn-Phong's scatters by, and its axes.
@@ -166,7 +166,7 @@ fn follow(
     counters: &mut Counters,
 ) {
     let SurfaceInteraction { state, surface, .. } = met;
-    let Departure { origin, direction, going } = direction_sample(frame, &sampled).departure(context, met, 1);
+    let SpawnedRays { origin, direction, going } = direction_sample(frame, &sampled).spawn_rays(context, met, 1);
     if going == 0 {
         return;
     }

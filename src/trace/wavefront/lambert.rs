@@ -38,7 +38,7 @@ impl Kernel for LambertKernel<'_> {
                 sample_direct(met.context, met.context.lights, (&hits, &bsdf), last, shadows);
             }
             if !last && let Some(rays) = scatter(met.context, &hits, &bsdf, depth) {
-                counters.diffuse_rays += u64::from(rays.departure.going.count_ones());
+                counters.diffuse_rays += u64::from(rays.spawned.going.count_ones());
                 rays.push(next);
             }
         }

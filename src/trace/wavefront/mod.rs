@@ -49,7 +49,7 @@ pub use interaction::{SurfaceInteraction, shadow_ray_from};
 pub use lambert::LambertKernel;
 pub use lamp_shading::{BlinnPhongShading, LampShading, mirror_directions, push_mirrored, sample_lamp};
 pub use medium_stack::{Crossing, MediumStack};
-pub use path_shading::{BsdfLanes, Departure, DirectionSample, sample_direct, scatter};
+pub use path_shading::{BsdfLanes, DirectionSample, SpawnedRays, sample_direct, scatter};
 pub use path_state::{EmissionFilter, PathState};
 pub use ray_queue::RayQueue;
 pub use shaded_hits::ShadedHits;

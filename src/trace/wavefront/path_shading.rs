@@ -61,8 +61,8 @@ impl Default for DirectionSample<f32> {
     }
 }
 
-/// Where rays leave to.
-pub struct Departure<L: Lanes> {
+/// Rays that leave surfaces.
+pub struct SpawnedRays<L: Lanes> {
     /// Where they start.
     pub origin: V3<L>,
     /// Unit.
@@ -75,7 +75,7 @@ impl<L: Lanes> DirectionSample<L> {
     /// Rays in these directions, of the lanes that have a bit. A smooth normal may send one to the wrong side: a single
     /// direction is brought back, and light that is scattered starts where the smooth surface is, if that is known.
     #[inline(always)]
-    pub fn departure<H: ShadedHits<L>>(&self, context: RenderContext, hits: &H, which: u32) -> Departure<L> {
+    pub fn spawn_rays<H: ShadedHits<L>>(&self, context: RenderContext, hits: &H, which: u32) -> SpawnedRays<L> {
         let points = hits.points();
         let height = points.geometric_normal.dot(self.direction);
         let wrong = differ::<L>(height.lt(L::splat(0.0)), self.transmitted);
@@ -89,7 +89,7 @@ impl<L: Lanes> DirectionSample<L> {
             (found, origin) = hits.smooth_starts(context, lost, origin);
             going |= found;
         }
-        Departure { origin, direction, going }
+        SpawnedRays { origin, direction, going }
     }
 }
 
@@ -197,7 +197,7 @@ pub const MIN_ROULETTE_DEPTH: u32 = 3;
 /// Rays that paths go on with.
 pub struct ScatteredRays<L: Lanes> {
     /// Where they go.
-    pub departure: Departure<L>,
+    pub spawned: SpawnedRays<L>,
     /// What they carry.
     pub states: PathStateLanes<L>,
     /// Where their directions come from.
@@ -208,7 +208,7 @@ impl<L: Lanes> ScatteredRays<L> {
     /// Adds them to a queue.
     #[inline(always)]
     pub fn push(&self, next: &mut RayQueue) {
-        let Departure { origin, direction, going } = self.departure;
+        let SpawnedRays { origin, direction, going } = self.spawned;
         next.compress_store(going, origin, direction, &self.states);
     }
 }
@@ -226,24 +226,24 @@ pub fn scatter<L: Lanes, H: ShadedHits<L>, B: BsdfLanes<L>>(
     if L::COUNT == 1 && !L::any(sample.good) {
         return None;
     }
-    let mut departure = sample.departure(context, hits, L::bits(sample.good) & hits.used());
+    let mut spawned = sample.spawn_rays(context, hits, L::bits(sample.good) & hits.used());
     let whole = states.throughput * sample.weight;
-    let mut throughput = hits.fade(whole, departure.direction);
+    let mut throughput = hits.fade(whole, spawned.direction);
     if B::HAS_SPECULAR {
         throughput = V3::select(sample.specular, whole, throughput);
     }
     let worth = bsdf.worth(throughput, &sample);
-    departure.going &= L::bits(zero.lt(worth));
-    if L::COUNT == 1 && departure.going == 0 {
+    spawned.going &= L::bits(zero.lt(worth));
+    if L::COUNT == 1 && spawned.going == 0 {
         return None;
     }
     let nodes = hits.onward(RayNode::scattered);
     if depth >= MIN_ROULETTE_DEPTH {
         let doubtful = worth.lt(one);
         let chances = worth.store();
-        for i in lanes(departure.going & L::bits(doubtful)) {
+        for i in lanes(spawned.going & L::bits(doubtful)) {
             if hits.random_at(&nodes, i, Domain::Roulette) >= chances[i] {
-                departure.going &= !(1 << i);
+                spawned.going &= !(1 << i);
             }
         }
         let by = L::select(doubtful, worth, one);
@@ -253,5 +253,5 @@ pub fn scatter<L: Lanes, H: ShadedHits<L>, B: BsdfLanes<L>>(
     let medium = bsdf.medium(states.medium, &sample);
     let scatterings = states.scatterings + L::select(sample.specular, zero, one);
     let states = PathStateLanes { throughput, pdf: sample.pdf, cone, medium, scatterings, ..states };
-    Some(ScatteredRays { departure, states: hits.at(states, &nodes), sample })
+    Some(ScatteredRays { spawned, states: hits.at(states, &nodes), sample })
 }
