@@ -3,10 +3,8 @@
 use glam::DVec3;
 
 use super::record::ranges::{between, position};
-use super::record::{Check, Invalid, record};
-use super::value::{FieldValue, Mismatch, Text, Value};
-use super::{FieldError, Record};
-use crate::base::diagnostics::suggestion;
+use super::record::{Check, Invalid, map_of, record, set_from_map};
+use super::value::{FieldValue, Mismatch, Value};
 
 record! {
     /// The sky of a clear day and the sun in it, by scattering in air and haze (Nishita et al., SIGGRAPH 1993): around the
@@ -37,23 +35,11 @@ impl Check for Daylight {
 /// A script reads and writes it as a map.
 impl FieldValue for Daylight {
     fn to_value(&self) -> Value {
-        let entries = Self::FIELDS.iter().filter_map(|field| Some((Text::from(*field), self.get(field)?)));
-        Value::Map(entries.collect())
+        map_of(self)
     }
     fn from_value(value: &Value) -> Result<Self, Mismatch> {
-        let Value::Map(entries) = value else {
-            return Err(Mismatch::new("a map of the fields of `daylight`", value));
-        };
         let mut daylight = Daylight::default();
-        for (field, value) in entries {
-            daylight.set(field, value).map_err(|error| match error {
-                FieldError::Mismatch(m) => Mismatch { message: format!("`{field}`: {}", m.message), ..m },
-                FieldError::Unknown { known } => Mismatch {
-                    message: format!("unknown field `{field}` in `daylight`"),
-                    help: suggestion(field, known.iter().copied()),
-                },
-            })?;
-        }
+        set_from_map(&mut daylight, "`daylight`", value)?;
         Ok(daylight)
     }
 }

@@ -3,7 +3,8 @@
 //! `record!` keeps the names of RON, Rhai and Rust the same by construction: a field exists once. `choice!` does the
 //! same for settings that are one word out of a few.
 
-use super::value::{Mismatch, Value};
+use super::value::{Mismatch, Text, Value};
+use crate::base::diagnostics::suggestion;
 
 /// What a field means to those who reuse work from frame to frame; declared with the field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,6 +68,32 @@ pub trait Record: Check {
     fn docs(&self) -> &'static str;
     /// What each field is, in the order of [`Self::fields`].
     fn field_docs(&self) -> &'static [&'static str];
+}
+
+/// A record that is the value of a field, as scripts read it: a map of its fields.
+pub fn map_of(record: &dyn Record) -> Value {
+    let entries = record.fields().iter().filter_map(|field| Some((Text::from(*field), record.get(field)?)));
+    Value::Map(entries.collect())
+}
+
+/// Sets the fields of a record that is the value of a field, as scripts write it; `what` it is called.
+///
+/// # Errors
+/// The value is no map, or one of its entries is no field or has another shape.
+pub fn set_from_map(record: &mut dyn Record, what: &str, value: &Value) -> Result<(), Mismatch> {
+    let Value::Map(entries) = value else {
+        return Err(Mismatch::new(&format!("a map of the fields of {what}"), value));
+    };
+    for (field, value) in entries {
+        record.set(field, value).map_err(|error| match error {
+            FieldError::Mismatch(m) => Mismatch { message: format!("`{field}`: {}", m.message), ..m },
+            FieldError::Unknown { known } => Mismatch {
+                message: format!("unknown field `{field}` in {what}"),
+                help: suggestion(field, known.iter().copied()),
+            },
+        })?;
+    }
+    Ok(())
 }
 
 /// Sets a field of a copy.

@@ -3,11 +3,10 @@
 use glam::DVec3;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::ImagePlane;
 use super::record::ranges::{above, at_least, color, coordinate, position, whole};
-use super::record::{Check, Invalid, choice, record};
+use super::record::{Check, Invalid, choice, map_of, record, set_from_map};
 use super::value::{FieldValue, Mismatch, Text, Value};
-use super::{FieldError, ImagePlane, Record};
-use crate::base::diagnostics::suggestion;
 use crate::base::limits;
 
 choice! {
@@ -206,23 +205,11 @@ impl Check for Texture {
 /// Textures are fields of other records too: a script reads and writes them as maps.
 impl FieldValue for Texture {
     fn to_value(&self) -> Value {
-        let entries = Self::FIELDS.iter().filter_map(|field| Some((Text::from(*field), self.get(field)?)));
-        Value::Map(entries.collect())
+        map_of(self)
     }
     fn from_value(value: &Value) -> Result<Self, Mismatch> {
-        let Value::Map(entries) = value else {
-            return Err(Mismatch::new("a map of the fields of a texture", value));
-        };
         let mut texture = Texture::default();
-        for (field, value) in entries {
-            texture.set(field, value).map_err(|error| match error {
-                FieldError::Mismatch(m) => Mismatch { message: format!("`{field}`: {}", m.message), ..m },
-                FieldError::Unknown { known } => Mismatch {
-                    message: format!("unknown field `{field}` in a texture"),
-                    help: suggestion(field, known.iter().copied()),
-                },
-            })?;
-        }
+        set_from_map(&mut texture, "a texture", value)?;
         Ok(texture)
     }
 }

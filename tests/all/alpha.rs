@@ -1,14 +1,10 @@
 //! Pictures without what lies around the scene: laid over it again, they are the pictures with it.
 
-use std::sync::atomic::AtomicBool;
-
-use anim::components::{Filter, Integrator, Render, Scene};
-use anim::film::Film;
+use anim::components::{Filter, Integrator, Render};
 use anim::load;
 use anim::output::read_layered;
-use anim::systems;
 
-use crate::tool::Sandbox;
+use crate::tool::{Sandbox, film};
 
 const SCENE: &str = r#"(
     camera: (from: (0.0, 1.5, 6.0), at: (0.0, 0.8, 0.0), fov: 30.0, aperture: 0.05),
@@ -22,12 +18,6 @@ const SCENE: &str = r#"(
         (point_light: (position: (2.0, 4.0, 3.0))),
     ],
 )"#;
-
-fn film(scene: &Scene, render: Render) -> Film {
-    let mut stage = systems::spawn(Scene { render, ..scene.clone() }).unwrap();
-    let (film, _) = systems::render(&mut stage, &AtomicBool::new(false), &|_, _| {}).unwrap().unwrap();
-    film
-}
 
 #[test]
 fn over_its_background_a_transparent_picture_is_the_opaque_one() {

@@ -1,14 +1,11 @@
 //! A part of a frame is the same part of the whole frame, whatever the frame is made with.
 
-use std::sync::atomic::AtomicBool;
-
-use anim::components::{Aov, Filter, Integrator, Render, Scene};
-use anim::film::{Film, PixelBounds};
+use anim::components::{Aov, Filter, Integrator, Render};
+use anim::film::PixelBounds;
 use anim::load;
 use anim::output::{PixelWindow, read_layered};
-use anim::systems;
 
-use crate::tool::Sandbox;
+use crate::tool::{Sandbox, film};
 
 const SCENE: &str = r#"(
     camera: (from: (0.0, 2.0, 6.0), at: (0.0, 0.6, 0.0), aperture: 0.1),
@@ -21,12 +18,6 @@ const SCENE: &str = r#"(
         (name: "key", area_light: (size: (1.0, 1.0)), transform: (translation: (2.0, 4.0, 3.0))),
     ],
 )"#;
-
-fn film(scene: &Scene, render: Render) -> Film {
-    let mut stage = systems::spawn(Scene { render, ..scene.clone() }).unwrap();
-    let (film, _) = systems::render(&mut stage, &AtomicBool::new(false), &|_, _| {}).unwrap().unwrap();
-    film
-}
 
 #[test]
 fn a_region_is_the_same_part_of_the_whole_with_every_setting_of_the_film() {

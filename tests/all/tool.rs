@@ -2,8 +2,19 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::atomic::AtomicBool;
 
+use anim::components::{Render, Scene};
+use anim::film::Film;
+use anim::systems;
 use tempfile::TempDir;
+
+/// The picture of a scene with other settings, rendered in this process.
+pub fn film(scene: &Scene, render: Render) -> Film {
+    let mut stage = systems::spawn(Scene { render, ..scene.clone() }).unwrap();
+    let (film, _) = systems::render(&mut stage, &AtomicBool::new(false), &|_, _| {}).unwrap().unwrap();
+    film
+}
 
 /// A folder with a few files in it, gone when dropped.
 pub struct Sandbox {
