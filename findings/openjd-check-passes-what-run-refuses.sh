@@ -26,16 +26,16 @@ YAML
 }
 result() { if "$@" >log 2>&1; then echo passes; else echo refuses; fi; }
 seen=""
-for default in /tmp/input.txt ../input.txt ""; do
+for default in /srv/input.txt ../input.txt ""; do
     template "$default" >job.yaml
     given=()
-    [ -n "$default" ] || given=(-p Input=/tmp/input.txt)
+    [ -n "$default" ] || given=(-p Input=/srv/input.txt)
     seen="$seen${default:-none}: check $(result "$openjd" check job.yaml), run $(result "$openjd" run job.yaml --step Show "${given[@]}"); "
     template "$default" >job.yaml
-    [ -z "$default" ] || seen="${seen}with -p: $(result "$openjd" run job.yaml --step Show -p Input=/tmp/input.txt); "
+    [ -z "$default" ] || seen="${seen}with -p: $(result "$openjd" run job.yaml --step Show -p Input=/srv/input.txt); "
 done
 echo "$("$openjd" --version 2>&1): $seen"
 case $seen in
-    "/tmp/input.txt: check passes, run refuses; "*"none: check passes, run passes; ") ;;
+    "/srv/input.txt: check passes, run refuses; "*"none: check passes, run passes; ") ;;
     *) exit 1 ;;
 esac

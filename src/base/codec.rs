@@ -40,14 +40,14 @@ impl SharedTable {
 
     /// Forgets what only the last message had.
     fn end_message(&mut self) {
-        self.values.truncate(self.kept);
-        let kept = self.kept as u32;
-        self.numbers.retain(|_, number| *number < kept);
+        for value in self.values.drain(self.kept..) {
+            self.numbers.remove(&address(&value));
+        }
     }
 }
 
 /// The table holds what is at the address, so that nothing else can come to lie there.
-fn address<T>(value: &Arc<T>) -> usize {
+fn address<T: ?Sized>(value: &Arc<T>) -> usize {
     Arc::as_ptr(value).addr()
 }
 

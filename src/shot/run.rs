@@ -182,7 +182,7 @@ pub fn run_batches(
 }
 
 /// Renders batch after batch and hands frames to the writer, until it does not listen.
-#[allow(clippy::too_many_arguments)] // The parts of one run, which are of no use together elsewhere.
+#[allow(clippy::too_many_arguments, reason = "the parts of one run, which are of no use together elsewhere")]
 fn render_batches(
     shot: &mut Shot,
     plan: &Plan,
