@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::catchers::CatcherRow;
 use super::context::RenderContext;
 use super::interaction::SurfaceInteraction;
 use crate::components::Model;
@@ -20,6 +21,7 @@ pub fn first_hit_feature(context: RenderContext, met: &SurfaceInteraction) -> Fe
         motion: context.motion.map_or(Vec2::ZERO, |motion| motion.motion(context.camera, point, entity)),
         entity,
         material: met.surface.material,
+        catcher: CatcherRow::of(context, met.state.sample) == CatcherRow::Both,
     }
 }
 

@@ -12,8 +12,17 @@ pub fn accumulator_slot(sample: u32, group: u32) -> u32 {
     sample + group * BATCH as u32
 }
 
-/// The sample of such a slot.
+/// Rows of slots where there are shadow catchers, whose pictures have one light group; see [`super::catchers`].
+pub const CATCHER_ROWS: usize = 5;
+
+/// The light group of a slot, or the row of it where there are shadow catchers.
 #[inline]
+pub fn slot_row(slot: u32) -> u32 {
+    slot / BATCH as u32
+}
+
+/// The sample of such a slot.
+#[inline(always)]
 pub fn slot_sample(slot: u32) -> u32 {
     slot % BATCH as u32
 }
