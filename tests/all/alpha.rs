@@ -125,7 +125,10 @@ fn caught_shadows_over_the_plate_are_those_on_the_floor() {
             let caught = film(&catching, transparent);
             let (mut shadows, mut sum) = (0, 0.0);
             for i in 0..expected.pixels.len() {
-                let (found, expected) = (over(&caught, &plate, i), expected.pixels[i]);
+                let found = over(&caught, &plate, i);
+                // A filter with negative lobes makes the floor beside a shadow brighter, which no alpha can.
+                let expected =
+                    [0, 1, 2].map(|k| expected.pixels[i][k].min(plate.pixels[i][k].max(caught.pixels[i][k])));
                 let off = (0..3).map(|k| (found[k] - expected[k]).abs()).fold(0.0, f32::max);
                 sum += off;
                 // At outlines, what is laid over each other is only near to what was seen together.

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::photon::PhotonPass;
 use super::{path, photon, whitted};
 use crate::components::{Integrator, Model};
-use crate::trace::counters::Counters;
+use crate::trace::accel::TraversalScratch;
 use crate::trace::material::{HoleCoverage, ShadingParams};
 use crate::trace::primitive::Tag;
 use crate::trace::sampler::{RayNode, SampleSet, power_heuristic};
@@ -87,7 +87,6 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
     // Neighbours are mostly on one primitive, or at least of one material.
     let (mut primitive, mut tag, mut usual) = (u32::MAX, Tag::default(), false);
     let mut known = u32::MAX;
-    let counters = &mut worker.traversal.counters;
     for i in 0..buffers.wave.rays().len() {
         if buffers.special[i / LANES] >> (i % LANES) & 1 == 1 && !arrive(estimator, i, buffers, depth, lamps) {
             continue;
@@ -106,10 +105,11 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
         if usual && !noted && !context.textures.is_textured(tag.entity) {
             places.push([i as u32, tag.material]);
         } else {
-            shade_alone(estimator, samples, i, buffers, depth, counters);
+            shade_alone(estimator, samples, i, buffers, depth, &mut worker.traversal);
         }
     }
     let WavefrontBuffers { wave, next, hits, shadows, .. } = &mut *buffers;
+    let counters = &mut worker.traversal.counters;
     let met = ShadingInput { context, wave, hits, places: &places, samples };
     if path {
         context.lanes.run(LambertKernel { met, depth, shadows, next, counters });
@@ -152,7 +152,7 @@ fn shade_alone(
     i: usize,
     buffers: &mut WavefrontBuffers,
     depth: u32,
-    counters: &mut Counters,
+    traversal: &mut TraversalScratch,
 ) {
     let Estimator { context, photons } = estimator;
     let WavefrontBuffers { wave, hits, next, shadows, colors, features, seen, .. } = buffers;
@@ -204,11 +204,12 @@ fn shade_alone(
     }
     if let Some(photons) = photons {
         let color = &mut colors[state.sample as usize];
-        photon::shade(context, photons, &met, depth, photon::PathOutput { color, shadows, next }, counters);
+        photon::shade(context, photons, &met, depth, photon::PathOutput { color, shadows, next }, traversal);
     } else if context.settings.follows_paths() {
-        path::shade(context, &met, depth, shadows, next, counters);
+        path::shade(context, &met, depth, shadows, next, &mut traversal.counters);
     } else {
-        whitted::shade(context, &met, depth == context.settings.max_depth, shadows, next, counters);
+        let last = depth == context.settings.max_depth;
+        whitted::shade(context, &met, last, shadows, next, &mut traversal.counters);
     }
 }
 

@@ -4,7 +4,7 @@ use super::context::RenderContext;
 use super::interaction::LEAST_FACING;
 use super::path_state::PathStateLanes;
 use super::ray_queue::RayQueue;
-use super::shadow_ray_queue::slot_sample;
+use super::slots::slot_sample;
 use crate::trace::material::ShadingParams;
 use crate::trace::primitive::{SurfacePoint, SurfacePointLanes};
 use crate::trace::sampler::{SampleLanes, SampleSet};

@@ -17,52 +17,11 @@ use super::context::RenderContext;
 use super::holes::beyond;
 use super::path_state::PathState;
 use super::ray_queue::RayQueue;
-use super::shadow_ray_queue::{accumulator_slot, slot_row, slot_sample};
+use super::slots::{CatcherRow, slot_sample};
 use super::worker::Worker;
 use crate::film::CaughtLight;
-use crate::trace::material::ShadingParams;
 use crate::trace::sampler::{Domain, RayNode, Sampler};
 use crate::trace::soa::Hits;
-
-/// What the light of a ray counts for, where there are catchers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CatcherRow {
-    /// Light that the camera sees.
-    Seen = 0,
-    /// Light of a catcher, with objects and without.
-    Both = 1,
-    /// Light of a catcher that is there with the objects only.
-    WithObjects = 2,
-    /// Light of a catcher that is there without the objects only.
-    WithoutObjects = 3,
-    /// What the camera would see of the surroundings in place of a catcher.
-    Behind = 4,
-}
-
-impl CatcherRow {
-    /// The slot of a sample in this row.
-    pub fn slot(self, sample: u32) -> u32 {
-        accumulator_slot(sample, self as u32)
-    }
-
-    /// The row of a slot.
-    pub fn of(context: RenderContext, slot: u32) -> CatcherRow {
-        match slot_row(slot) {
-            _ if !context.catchers => CatcherRow::Seen,
-            0 => CatcherRow::Seen,
-            1 => CatcherRow::Both,
-            2 => CatcherRow::WithObjects,
-            3 => CatcherRow::WithoutObjects,
-            _ => CatcherRow::Behind,
-        }
-    }
-}
-
-/// Whether a ray goes on through surfaces of a material as if they were not there. Without catchers the slot of a path is
-/// of the first row.
-pub fn is_left_out(state: &PathState, material: &ShadingParams) -> bool {
-    slot_row(state.sample) == CatcherRow::WithoutObjects as u32 && !material.stays_without_objects()
-}
 
 /// What a sample has caught.
 pub fn caught_light(colors: &[Vec3], sample: usize) -> CaughtLight {
@@ -88,7 +47,7 @@ pub fn split_at_catchers(
         let material = &context.materials[context.geometry.tag(hit.primitive).material as usize];
         let (ray, mut state) = wave.get(i);
         let sample = slot_sample(state.sample);
-        match CatcherRow::of(context, state.sample) {
+        match CatcherRow::of(context.catchers, state.sample) {
             CatcherRow::Seen if state.node == RayNode::CAMERA && material.shadow_catcher => {
                 caught[sample as usize] = true;
                 if !context.settings.transparent {

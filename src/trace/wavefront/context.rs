@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::shadow_ray_queue::CATCHER_ROWS;
+use super::slots::CATCHER_ROWS;
 use crate::components::{Fresnel, Integrator, Render, Shadows};
 use crate::film::FilterTable;
 use crate::trace::accel::Accelerator;

@@ -7,11 +7,11 @@
 //! By a hole a ray leaves a transparent body, and does not enter one: what is seen through a hole in glass is what would
 //! be seen without the glass. Which surfaces other bodies cover is told in [`Crossing`].
 
-use super::catchers::is_left_out;
 use super::context::RenderContext;
 use super::medium_stack::{Crossing, MediumStack};
 use super::path_state::PathState;
 use super::ray_queue::RayQueue;
+use super::slots::is_left_out;
 use super::worker::Worker;
 use crate::base::limits;
 use crate::trace::material::texture::RayCone;

@@ -13,6 +13,7 @@
 //! | `shaded_hits` | [`ShadedHits`]: what shading asks of either, so that it is written once |
 //! | `path_shading`, `lamp_shading` | that shading: of paths, and of Whitted and distribution pictures |
 //! | `lambert`, `blinn_phong` | the surfaces that are shaded eight at a time |
+//! | `slots` | where the light of samples is added up |
 //! | `shadow_ray_queue`, `shadow_rays` | shadow rays, and what gets through |
 //! | `holes` | surfaces that are not there everywhere, and the rays that go on behind them |
 //! | `catchers` | surfaces that show shadows alone |
@@ -37,6 +38,7 @@ mod ray_queue;
 mod shaded_hits;
 mod shadow_ray_queue;
 mod shadow_rays;
+mod slots;
 mod worker;
 
 pub use batch::ShadingInput;
@@ -56,6 +58,7 @@ pub use path_shading::{BsdfLanes, DirectionSample, SpawnedRays, sample_direct, s
 pub use path_state::{EmissionFilter, PathState};
 pub use ray_queue::RayQueue;
 pub use shaded_hits::ShadedHits;
-pub use shadow_ray_queue::{BATCH, ShadowRayQueue, accumulator_slot, slot_sample};
+pub use shadow_ray_queue::ShadowRayQueue;
 pub use shadow_rays::trace_shadow_rays;
+pub use slots::{BATCH, accumulator_slot, slot_sample};
 pub use worker::Worker;

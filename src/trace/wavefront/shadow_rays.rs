@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use super::catchers::CatcherRow;
 use super::context::RenderContext;
 use super::holes::missing;
-use super::shadow_ray_queue::{ShadowRay, ShadowRayQueue, slot_sample};
+use super::shadow_ray_queue::{ShadowRay, ShadowRayQueue};
+use super::slots::{CatcherRow, slot_sample};
 use super::worker::Worker;
 use crate::trace::soa::Ray;
 
@@ -57,7 +57,7 @@ fn dimmed(
 ) -> f32 {
     let sample = slot_sample(slot);
     let mut visible = |leaves_out| visibility(context, ray, target, (sample, leaves_out), worker);
-    let row = CatcherRow::of(context, slot);
+    let row = CatcherRow::of(context.catchers, slot);
     if row == CatcherRow::WithoutObjects {
         return visible(true);
     }
