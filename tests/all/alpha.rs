@@ -77,7 +77,7 @@ fn files_hold_alpha_as_their_format_has_it() {
     assert_eq!(alpha[0], 0.0);
 }
 
-/// Looks down on a floor on which things stand, of which one is mirror, one glass and one has a hole.
+/// Looks down on a floor on which things stand, of which one is mirror and one glass; out of sight hangs a leaf.
 const FLOOR: &str = r#"(
     camera: (from: (0.5, 6.0, 4.0), at: (0.0, 0.0, 0.0), fov: 30.0, aperture: 0.05),
     render: (size: (32, 24), samples: 16, background: (0.4, 0.4, 0.4), max_depth: 5, seed: 3),
@@ -87,7 +87,7 @@ const FLOOR: &str = r#"(
         (name: "floor", plane: (), material: "floor"),
         (name: "ball", sphere: (radius: 0.5), transform: (translation: (-0.8, 0.5, 0.0)), material: "mirror"),
         (sphere: (radius: 0.4), transform: (translation: (0.5, 0.4, 0.6)), material: "glass"),
-        (aabox: (min: (0.0, 0.0, -1.0), max: (1.0, 0.5, -0.5)), material: "leaf"),
+        (aabox: (min: (-2.2, 2.4, 0.1), max: (-1.6, 2.6, 0.7)), material: "leaf"),
         (area_light: (size: (1.0, 1.0), color: (0.8, 0.8, 0.8)), transform: (translation: (1.0, 4.0, -2.0))),
         (point_light: (position: (-3.0, 4.0, 1.0), color: (0.3, 0.3, 0.3))),
     ],
