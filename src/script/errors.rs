@@ -255,6 +255,34 @@ impl ScriptSource {
         loops().find(has_no_body).or_else(|| loops().find(ends_never))
     }
 
+    /// Where a function is declared.
+    pub fn place_of_function(&self, name: &str) -> Place {
+        match self.functions().find(|(_, found, _)| *found == name) {
+            Some((at, name, _)) => Place::of_span(self.file.clone(), &self.text, at + 3, at + 3 + name.len()),
+            None => self.whole(),
+        }
+    }
+
+    /// How often a word stands in the text, comments and strings included.
+    pub fn mentions(&self, word: &str) -> usize {
+        self.words(word).count()
+    }
+
+    /// Where a function is called first.
+    pub fn place_of_call(&self, name: &str) -> Option<Place> {
+        let is_called = |at: &usize| self.text[at + name.len()..].trim_start().starts_with('(');
+        let at = self.words(name).find(is_called)?;
+        Some(Place::of_span(self.file.clone(), &self.text, at, at + name.len()))
+    }
+
+    /// Where a word stands.
+    fn words<'a>(&'a self, word: &'a str) -> impl Iterator<Item = usize> + 'a {
+        let is_inside = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
+        self.text.match_indices(word).map(|(at, _)| at).filter(move |at| {
+            !is_inside(self.text[..*at].chars().next_back()) && !is_inside(self.text[at + word.len()..].chars().next())
+        })
+    }
+
     /// The file as a whole, as its first line shows it.
     pub fn whole(&self) -> Place {
         Place::of_span(self.file.clone(), &self.text, 0, 0)

@@ -17,7 +17,7 @@ use super::said::Remarks;
 use super::simulation::{Simulation, state_of};
 use super::time::{self, Header};
 use super::vocabulary::Vocabulary;
-use super::{Moment, constraints, errors, sandbox};
+use super::{Moment, constraints, entry, errors, sandbox};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, ScenePart};
 use crate::base::project::{FileRole, Folder, Project};
 use crate::base::{files, limits, random as hash, text as look_alikes};
@@ -90,6 +90,9 @@ impl Interpreter {
         sandbox::allow(allowance);
         let _current = shared.enter(None);
         ModuleLoader::new(&engine, &graph, project, &folder, &mut sources).load(&file, &ast)?;
+        for (alias, module) in graph.imported_at_the_top(&file, &ast) {
+            engine.register_static_module(alias, module);
+        }
         sources.check_defines(defines)?;
         let mut scope = Scope::new();
         sandbox::start_call();
@@ -97,24 +100,14 @@ impl Interpreter {
         run.map_err(|e| sources.diagnose(*e, Call::default()))?;
         let globals: Map = scope.iter().map(|(name, _, value)| (name.into(), value)).collect();
         let whole = || sources.main().whole();
+        entry::check(&ast, sources.main())?;
         let header = shared.close().ok_or_else(|| {
-            Diagnostic::error("the script does not call `animation`")
-                .at(whole())
+            let place = sources.main().place_of_call("animation").unwrap_or_else(whole);
+            Diagnostic::error("the script does not call `animation` at its top")
+                .at(place)
                 .help("start it with animation(#{ scene: \"scene.ron\", frames: 48, fps: 24, mode: \"clip\" });")
         })?;
-        if !ast.iter_functions().any(|f| f.name == "frame" && f.params.len() == 2) {
-            let missing = Diagnostic::error("the script has no function `frame(s, f)`");
-            return Err(missing.at(whole()).help("add fn frame(s, f) { ... }").into());
-        }
-        let has = |name: &str, count: usize| ast.iter_functions().any(|f| f.name == name && f.params.len() == count);
-        let simulation = has("start", 1).then(Simulation::default);
-        if simulation.is_some() && !has("step", 2) {
-            let missing = Diagnostic::error("the script has `start(s)` and no `step(state, f)`");
-            return Err(missing
-                .at(whole())
-                .help("add fn step(state, f) { ... state }, which gives the next state")
-                .into());
-        }
+        let simulation = entry::has(&ast, "start", 1).then(Simulation::default);
         if let Ok(mut constants) = constants.lock() {
             constants.clone_from(&globals);
         }

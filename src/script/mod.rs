@@ -22,7 +22,7 @@
 //! | files | |
 //! |---|---|
 //! | `interpreter`, `engine`, [`host`] | a script that is evaluated, the engine put together, and the process it runs in |
-//! | `modules`, `tokens`, `rewrite`, `closures` | before evaluation: modules found, the grammar that Rhai lacks |
+//! | `entry`, `modules`, `tokens`, `rewrite`, `closures` | before evaluation: modules found, the grammar that Rhai lacks |
 //! | `sandbox`, `allowance` | limits |
 //! | `overlay`, `handles`, `scene_api`, `fields`, `convert` | the scene in the hands of a script, and its edits |
 //! | `context`, `time`, `parameters`, `simulation` | header, the time of a frame, `-D`, a state from step to step |
@@ -47,6 +47,7 @@ mod curve;
 mod data;
 mod easing;
 mod engine;
+mod entry;
 mod errors;
 pub mod examples;
 mod fields;

@@ -33,6 +33,22 @@ impl ModuleGraph {
     }
 }
 
+impl ModuleGraph {
+    /// What a file imports at its top: the names that it gives, and the modules. Functions of a script would not see them
+    /// otherwise; those of a module do.
+    pub fn imported_at_the_top(&self, file: &str, ast: &AST) -> Vec<(String, Shared<Module>)> {
+        let graph = self.lock();
+        let module = |statement: &Stmt| {
+            let Stmt::Import(import, _) = statement else { return None };
+            let Expr::StringConstant(name, _) = &import.0 else { return None };
+            let known = graph.found.get(&(file.to_string(), name.to_string()))?;
+            let alias = import.1.name.to_string();
+            (!alias.is_empty()).then(|| Some((alias, graph.ready.get(known)?.clone())))?
+        };
+        ast.statements().iter().filter_map(module).collect()
+    }
+}
+
 impl ModuleResolver for ModuleGraph {
     fn resolve(
         &self,

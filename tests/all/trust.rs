@@ -146,6 +146,12 @@ fn modules_are_known_before_anything_runs() {
     desk.write("lib/two.rhai", "fn wide() { 70 }");
     desk.write("a.rhai", main("lib/one"));
     assert!(desk.anim("dump a.rhai").ok().stdout.contains("fov: 70"));
+    // What is imported at the top is there in every function.
+    desk.write(
+        "top.rhai",
+        "import \"lib/one\" as m;\nanimation(#{});\nfn frame(s, f) {\n    s.camera.fov = m::fov();\n}",
+    );
+    assert!(desk.anim("dump top.rhai").ok().stdout.contains("fov: 70"));
     // A mistake in a module is placed in the module.
     desk.write("lib/two.rhai", "fn wide() {\n    70 + nothing\n}");
     desk.anim("check a.rhai").fails(3, &["two.rhai:2:", "nothing"]);

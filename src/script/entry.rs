@@ -1,0 +1,57 @@
+//! The functions that a script is called by: whether they are there, take what they are given, and are called as they are
+//! written.
+
+use ::rhai::AST;
+
+use super::errors::ScriptSource;
+use crate::base::diagnostics::{Diagnostic, Diagnostics, nearest};
+
+/// Their names, and what they are given.
+const ENTRIES: [(&str, &[&str]); 4] =
+    [("setup", &["s"]), ("frame", &["s", "f"]), ("start", &["s"]), ("step", &["state", "f"])];
+
+/// Whether the script has a function of so many parameters.
+pub fn has(ast: &AST, name: &str, count: usize) -> bool {
+    ast.iter_functions().any(|f| f.name == name && f.params.len() == count)
+}
+
+/// Looks at all functions of a script that the program calls, and at those that nothing calls though their names are near.
+///
+/// # Errors
+/// All mistakes, each at the name of its function.
+pub fn check(ast: &AST, source: &ScriptSource) -> Result<(), Diagnostics> {
+    let mut wrong = Vec::new();
+    let signature = |name: &str, parameters: &[&str]| format!("{name}({})", parameters.join(", "));
+    let is_there = |name: &str| ast.iter_functions().any(|f| f.name == name);
+    for function in ast.iter_functions() {
+        let place = || source.place_of_function(function.name);
+        let written = signature(function.name, &function.params);
+        if let Some((name, parameters)) = ENTRIES.iter().find(|(name, _)| *name == function.name) {
+            if function.params.len() != parameters.len() && !has(ast, name, parameters.len()) {
+                let expected = signature(name, parameters);
+                let message = format!("`fn {written}` is called as `{expected}`");
+                wrong.push(Diagnostic::error(message).at(place()).help(format!("write fn {expected} {{ ... }}")));
+            }
+            continue;
+        }
+        let names = ENTRIES.iter().map(|(name, _)| *name);
+        if let Some(near) = nearest(&function.name.to_lowercase(), names).filter(|near| !is_there(near))
+            && source.mentions(function.name) == 1
+        {
+            let message = format!("nothing calls the function `{}`", function.name);
+            wrong.push(Diagnostic::error(message).at(place()).help(format!("did you mean `{near}`?")));
+        }
+    }
+    if !wrong.is_empty() {
+        return Err(Diagnostics(wrong));
+    }
+    let missing = |message: &str, help: &str| Diagnostic::error(message).at(source.whole()).help(help).into();
+    if !has(ast, "frame", 2) {
+        return Err(missing("the script has no function `frame(s, f)`", "add fn frame(s, f) { ... }"));
+    }
+    if has(ast, "start", 1) && !has(ast, "step", 2) {
+        let help = "add fn step(state, f) { ... state }, which gives the next state";
+        return Err(missing("the script has `start(s)` and no `step(state, f)`", help));
+    }
+    Ok(())
+}
