@@ -347,7 +347,11 @@ impl fmt::Display for Diagnostics {
 pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let found = found.to_lowercase();
     let score = |word: &str| strsim::damerau_levenshtein(&found, &word.to_lowercase());
-    let limit = (found.chars().count() / 3).max(1) + 1;
+    // Of short words almost any other is two letters away.
+    let limit = match found.chars().count() {
+        0..=3 => 1,
+        count => count / 3 + 1,
+    };
     let best = known.into_iter().map(|word| (score(word), word)).min_by_key(|(distance, _)| *distance)?;
     (best.0 <= limit && best.0 < found.chars().count().max(2)).then_some(best.1)
 }

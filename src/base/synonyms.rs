@@ -16,16 +16,30 @@ const fn meaning(foreign: &'static [&'static str], ours: &'static [&'static str]
     Synonym { foreign, ours, note }
 }
 
+/// Words of ours that stand inside of something else than where they were written.
+const ELSEWHERE: &[Synonym] = &[
+    meaning(
+        &["translation", "rotation", "scale", "scaling", "yaw", "pitch", "roll", "parent"],
+        &["transform"],
+        "which holds it: `transform: (...)`",
+    ),
+    meaning(
+        &["color", "colour", "roughness", "ior", "metallic", "emission"],
+        &["material"],
+        "the name of one of `materials`",
+    ),
+];
+
 const MEANINGS: &[Synonym] = &[
     // Places.
     meaning(
         &["position", "pos", "location", "loc", "translate", "move", "origin", "place", "xyz", "coords", "coordinates"],
-        &["translation", "from", "center", "position", "point", "offset", "base"],
+        &["translation", "from", "center", "position", "point", "offset", "base", "transform"],
         "",
     ),
     meaning(
         &["rotate", "rot", "orientation", "euler", "eulerangles", "rotationeuler", "angles", "direction", "quaternion"],
-        &["rotation", "at"],
+        &["rotation", "at", "transform"],
         "degrees: pitch, yaw, roll",
     ),
     meaning(&["heading", "spin", "azimuth"], &["yaw"], "degrees"),
@@ -57,6 +71,11 @@ const MEANINGS: &[Synonym] = &[
         "",
     ),
     meaning(&["tri", "polygon", "face"], &["triangle"], ""),
+    meaning(
+        &["rectangle", "quad", "rect", "square", "card"],
+        &["aabox", "mesh"],
+        "a flat box, or a mesh of two triangles",
+    ),
     meaning(&["r", "rad", "diameter"], &["radius"], ""),
     meaning(&["centre", "middle", "midpoint", "c"], &["center"], ""),
     meaning(&["bottom", "foot"], &["base", "min"], ""),
@@ -191,6 +210,18 @@ const MEANINGS: &[Synonym] = &[
         &["metallic", "model"],
         "of `model: Principled`; bare metal is `Conductor`",
     ),
+    meaning(&["glass", "transparent", "refractive"], &["Dielectric"], "with `ior`"),
+    meaning(&["metal", "mirror", "chrome", "metallic"], &["Conductor"], "with `roughness`"),
+    meaning(&["diffuse", "matte", "lambertian", "clay"], &["Lambert"], ""),
+    meaning(&["disney", "pbr", "standard", "uber", "openpbr", "gltf"], &["Principled"], ""),
+    meaning(&["phong", "blinn", "classic"], &["BlinnPhong"], ""),
+    meaning(&["coated", "glossy", "ceramic"], &["Plastic"], "with `roughness`"),
+    meaning(
+        &["coneangle", "spotsize", "spotangle", "cutoffangle", "beamangle", "spread"],
+        &["outer_angle"],
+        "degrees from the axis",
+    ),
+    meaning(&["spotblend", "penumbra", "softness", "edge"], &["inner_angle"], "degrees from the axis"),
     meaning(&["glass", "dielectric"], &["model"], "write `model: Dielectric`, with `ior`"),
     meaning(
         &["clearcoat", "coat", "clearcoatroughness"],
@@ -430,7 +461,8 @@ const MEANINGS: &[Synonym] = &[
 pub fn by_meaning<'a>(found: &str, known: &[&'a str]) -> Option<(&'a str, &'static str)> {
     let plain: String = found.chars().filter(|c| !['_', '-', ' '].contains(c)).flat_map(char::to_lowercase).collect();
     let fits = |meaning: &&Synonym| meaning.foreign.contains(&plain.as_str());
-    let pairs = MEANINGS.iter().filter(fits).flat_map(|meaning| meaning.ours.iter().map(|ours| (*ours, meaning.note)));
+    let all = MEANINGS.iter().chain(ELSEWHERE);
+    let pairs = all.filter(fits).flat_map(|meaning| meaning.ours.iter().map(|ours| (*ours, meaning.note)));
     // The first of ours of all that fit comes first, so that a vaguer meaning does not win.
     let mut hits = pairs.filter_map(|(ours, note)| {
         let word = known.iter().find(|known| **known == ours)?;
@@ -460,6 +492,11 @@ mod tests {
         assert_eq!(by_meaning("samplesPerPixel", &["samples", "size"]).map(|hit| hit.0), Some("samples"));
         assert_eq!(by_meaning("Kd", &["color", "diffuse"]).map(|hit| hit.0), Some("diffuse"));
         assert_eq!(by_meaning("wombat", &["color"]), None);
+        // At an entity, and at a light that has it.
+        assert_eq!(by_meaning("position", &["sphere", "transform"]).map(|hit| hit.0), Some("transform"));
+        assert_eq!(by_meaning("scale", &["sphere", "transform"]).map(|hit| hit.0), Some("transform"));
+        assert_eq!(by_meaning("color", &["sphere", "material"]).map(|hit| hit.0), Some("material"));
+        assert_eq!(by_meaning("Glass", &["Lambert", "Dielectric"]).map(|hit| hit.0), Some("Dielectric"));
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::shot::Overrides;
 #[derive(Clone, Default, clap::Args)]
 pub struct LookArguments {
     /// Width and height in pixels, over the scene's
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    #[arg(long, alias = "resolution", value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
     /// Render a part of each frame only: left, top, width and height in pixels. It is equal to the same part of the whole;
     /// a PNG holds the part alone, an EXR says where in the frame it lies
@@ -19,7 +19,7 @@ pub struct LookArguments {
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
     /// Samples per pixel, over the scene's; rounded down to a square
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=limits::SAMPLES as i64))]
+    #[arg(long, alias = "samples", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=limits::SAMPLES as i64))]
     spp: Option<u32>,
     /// Seed of all sampling [default: follows from the camera's pose]
     #[arg(long, value_name = "N")]
