@@ -118,6 +118,7 @@ impl ScriptSources {
             (true, None, Some(function)) => self.main.place_without_position(inner, function),
             (true, None, None) => Place::file(source.file.clone()),
         };
+        let place = source.place_of_key(&place, &message).unwrap_or(place);
         let message = match call.frame {
             Some(number) => format!("in frame {number}: {message}"),
             None => message,
@@ -136,7 +137,9 @@ impl ScriptSources {
     pub fn diagnose_in(&self, file: &str, error: EvalAltResult) -> Diagnostics {
         let (file, at) = deepest_position(&error, file);
         let source = self.of(file).unwrap_or(&self.main);
-        diagnostic(words::of_error(error.unwrap_inner(), "", &self.vocabulary), source.place(at)).into()
+        let words = words::of_error(error.unwrap_inner(), "", &self.vocabulary);
+        let place = source.place(at);
+        diagnostic(words.clone(), source.place_of_key(&place, &words.0).unwrap_or(place)).into()
     }
 }
 
@@ -196,6 +199,25 @@ impl ScriptSource {
             }
             _ => Place::file(self.file.clone()),
         }
+    }
+
+    /// Where the arguments of a call give the key that a message is about: the engine only knows of the call.
+    fn place_of_key(&self, call: &Place, message: &str) -> Option<Place> {
+        if *call.file != *self.file || call.line == 0 {
+            return None;
+        }
+        let line: usize = self.text.split_inclusive('\n').take(call.line as usize - 1).map(str::len).sum();
+        let column: usize = self.text[line..].chars().take(call.column as usize - 1).map(char::len_utf8).sum();
+        let start = line + column;
+        let name = self.text[start..].find(|c: char| !c.is_alphanumeric() && c != '_')?;
+        let open = start + name + self.text[start + name..].find(|c: char| !c.is_whitespace())?;
+        if name == 0 || !self.text[open..].starts_with('(') {
+            return None;
+        }
+        let keys = keys(&self.text[open..]);
+        let named = message.split('`').skip(1).step_by(2);
+        let found = named.filter_map(|word| keys.iter().find(|key| self.text[open..][key.0..key.1] == *word)).next()?;
+        Some(Place::of_span(self.file.clone(), &self.text, open + found.0, open + found.1))
     }
 
     /// The engine points at the dot before a property, and at the bracket of a look-up; what stands behind it is meant.
@@ -297,6 +319,57 @@ impl ScriptSource {
             None => Place::file(self.file.clone()),
         }
     }
+}
+
+/// The keys of all maps in the parentheses that a text starts with.
+fn keys(text: &str) -> Vec<(usize, usize)> {
+    let (mut keys, mut depth, mut before) = (Vec::new(), 0, ' ');
+    let mut at = 0;
+    while let Some(c) = text[at..].chars().next() {
+        let rest = &text[at..];
+        let length = match c {
+            '"' | '`' => quoted_length(rest, c),
+            '/' if rest.starts_with("//") => rest.find('\n').unwrap_or(rest.len()),
+            '/' if rest.starts_with("/*") => rest.find("*/").map_or(rest.len(), |end| end + 2),
+            _ if c.is_alphabetic() || c == '_' => {
+                rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len())
+            }
+            _ => c.len_utf8(),
+        };
+        let (bare, behind) = (rest[..length].trim_matches('"'), rest[length..].trim_start());
+        let is_key = behind.starts_with(':') && !behind.starts_with("::") && matches!(before, '{' | ',');
+        if is_key && (c == '"' || c.is_alphabetic() || c == '_') {
+            let quote = usize::from(c == '"');
+            keys.push((at + quote, at + quote + bare.len()));
+        }
+        match c {
+            '(' | '[' | '{' => depth += 1,
+            ')' | ']' | '}' => depth -= 1,
+            _ => {}
+        }
+        if depth == 0 {
+            break;
+        }
+        if !c.is_whitespace() && !rest.starts_with("//") && !rest.starts_with("/*") {
+            before = c;
+        }
+        at += length;
+    }
+    keys
+}
+
+/// How long the text in quotes is that another starts with, its quotes included.
+fn quoted_length(text: &str, quote: char) -> usize {
+    let mut escaped = false;
+    for (at, c) in text.char_indices().skip(1) {
+        match c {
+            _ if escaped => escaped = false,
+            '\\' => escaped = true,
+            _ if c == quote => return at + 1,
+            _ => {}
+        }
+    }
+    text.len()
 }
 
 fn diagnostic((message, help): Words, place: Place) -> Diagnostic {
