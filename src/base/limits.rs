@@ -119,6 +119,12 @@ pub const CLAIM_TAKEOVERS: u32 = 100;
 /// Worker threads.
 pub const THREADS: usize = 1_024;
 
+/// Different links of lights to bodies in a frame: each body has a bit for each.
+pub const LIGHT_LINKS: usize = 64;
+
+/// Different sets of bodies that throw shadows in a frame: each has an accelerator of its own.
+pub const SHADOW_SETS: usize = 16;
+
 /// Entities of a scene, spawned ones included.
 pub const ENTITIES: usize = 16_000_000;
 /// Materials of a scene.

@@ -38,6 +38,8 @@ impl Feature {
 pub struct FeatureSum {
     samples: u32,
     hits: u32,
+    /// Shares that were hidden of samples that met nothing.
+    veils: f32,
     /// Sums of the filter's weights: of all samples, and of those that met something.
     weight: f32,
     weighted_hits: f32,
@@ -58,6 +60,7 @@ impl Default for FeatureSum {
         FeatureSum {
             samples: 0,
             hits: 0,
+            veils: 0.0,
             weight: 0.0,
             weighted_hits: 0.0,
             depth: 0.0,
@@ -96,10 +99,16 @@ impl FeatureSum {
         self.albedo += feature.albedo;
     }
 
+    /// Adds what hides a share of what lies behind everything from a sample that met nothing and was added.
+    pub fn add_veil(&mut self, share: f32, weight: f32) {
+        self.veils += share;
+        self.weighted_hits += weight * share;
+    }
+
     /// Share of the samples that met something, as the film has it of colours: see `PixelAccumulator::color`.
     fn coverage(&self) -> f32 {
         let samples = self.samples.max(1) as f32;
-        let mean = self.hits as f32 / samples;
+        let mean = (self.hits as f32 + self.veils) / samples;
         if self.weight == samples {
             return mean;
         }

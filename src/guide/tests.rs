@@ -56,6 +56,7 @@ fn examples_of_fields_load() {
                 "camera" => format!("(camera: ({inner}), entities: [(name: \"name\", viewpoint: ())])"),
                 "render" => format!("(render: ({inner}))"),
                 "material" if record.fields.len() > 1 => format!("(materials: {{ \"m\": ({inner}) }})"),
+                "fog" => format!("(render: (fog: ({inner})))"),
                 "daylight" => format!("(render: (daylight: ({inner})))"),
                 // What comes with a file is tried where files are read.
                 "texture" | "material" | "asset" | "skin" | "morph" => continue,

@@ -50,6 +50,7 @@ mod interpolate;
 mod interpreter;
 mod mathematics;
 mod modules;
+mod morphing;
 mod noise;
 mod options;
 mod overlay;

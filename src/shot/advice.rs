@@ -5,6 +5,7 @@ use rustc_hash::FxHashMap;
 
 use super::Shot;
 use super::fingerprint::Fingerprint;
+use super::linked_tags as links;
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::components::shapes::world_bounds;
 use crate::components::transform::world_placement;
@@ -47,6 +48,17 @@ pub fn advice(shot: &mut Shot, fingerprints: &[Fingerprint]) -> Diagnostics {
         for (field, message) in idle_camera_fields(&scene.camera) {
             let subject = Subject { part: ScenePart::Camera, component: None, field: Some(field) };
             let mut warning = Diagnostic::warning(message).about(subject);
+            shot.input.find_place(&mut warning, *first);
+            found.push(warning);
+        }
+        for (subject, message, help) in links::advice(scene) {
+            let mut warning = Diagnostic { help, ..Diagnostic::warning(message).about(subject) };
+            shot.input.find_place(&mut warning, *first);
+            found.push(warning);
+        }
+        if let Some((message, help)) = idle_fog(scene) {
+            let subject = Subject { part: ScenePart::Render, component: None, field: Some("fog") };
+            let mut warning = Diagnostic::warning(message).about(subject).help(help);
             shot.input.find_place(&mut warning, *first);
             found.push(warning);
         }
@@ -154,6 +166,24 @@ fn differing(from: &[Edit], to: &[Edit]) -> Vec<Moved> {
     found
 }
 
+/// What fog does that is hardly meant, and what to do about it.
+fn idle_fog(scene: &Scene) -> Option<(&'static str, &'static str)> {
+    let render = &scene.render;
+    let fog = render.fog.as_ref().filter(|fog| fog.density > 0.0)?;
+    if render.integrator == Integrator::Photon {
+        let message = "`fog` scatters no light with `Photon`: things only fade into its color";
+        return Some((message, "`integrator: Path` follows the light that fog scatters"));
+    }
+    let is_distant = |desc: &EntityDesc| desc.component::<DirectionalLight>().is_some();
+    let surrounds =
+        render.integrator == Integrator::Path && (render.has_environment() || render.background != DVec3::ZERO);
+    let from_afar = surrounds || scene.entities.iter().any(is_distant);
+    (from_afar && fog.bounds.is_none()).then_some((
+        "`fog` without `bounds` reaches to infinity: no light from infinitely far gets through it",
+        "give it a box: `fog: (density: 0.1, bounds: ((-20, -1, -20), (20, 10, 20)))`",
+    ))
+}
+
 /// Fields of materials that are given and that their models do not look at: which material, which field, and what to say.
 fn idle_fields(scene: &Scene) -> Vec<(usize, &'static str, String)> {
     let usual = Material::default();
@@ -225,7 +255,8 @@ fn unseen(shot: &Shot, scenes: &[(u32, Scene)], count: usize) -> Option<Diagnost
     // What is scattered without names may well lie anywhere, and what shines is meant to be seen by its light.
     let is_meant = |index: &usize| {
         let desc = &scene.entities[*index];
-        desc.name.is_some() && shapes_of(desc).next().is_some() && !shines(scene, desc)
+        let is_seen = desc.component::<Visible>().is_none_or(|visible| visible.camera != Some(false));
+        is_seen && desc.name.is_some() && shapes_of(desc).next().is_some() && !shines(scene, desc)
     };
     let mut hidden: Vec<usize> = (0..scene.entities.len()).filter(is_meant).collect();
     for (_, scene) in scenes {

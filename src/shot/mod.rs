@@ -14,6 +14,7 @@ pub mod chunks;
 mod description;
 mod files;
 pub mod fingerprint;
+mod linked_tags;
 pub mod live;
 mod moments;
 mod parts;

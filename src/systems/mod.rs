@@ -36,6 +36,7 @@ mod stage;
 mod static_camera;
 mod textures;
 mod tiles;
+mod visibility;
 
 pub use animate::{Undo, animate, undo};
 pub use collect::collect;

@@ -6,8 +6,9 @@ use std::sync::{Arc, Mutex, OnceLock};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use rustc_hash::FxHashMap;
 
+use super::check_data;
 use crate::base::digest::{Digest, Hasher};
-use crate::components::Text;
+use crate::components::{Invalid, Text};
 
 /// Vertices and triangles of a mesh, shared by all who use it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -101,6 +102,7 @@ pub(super) struct Computed {
     boxes: OnceLock<Vec<[Vec3; 2]>>,
     lacks_normals: OnceLock<bool>,
     lacks_uvs: OnceLock<bool>,
+    checked: OnceLock<Result<(), Invalid>>,
     pub pieces: Mutex<Vec<(Recipe, Arc<[Piece]>)>>,
 }
 
@@ -151,7 +153,7 @@ impl MeshData {
         self.groups.iter().find(|set| &*set.name == name)
     }
 
-    /// The mesh on its way to another of the same triangles, `share` of 0 to 1; `None` if they are not the same.
+    /// The mesh on its way to another of the same triangles, `share` of 0 to 1 and beyond; `None` if they are not the same.
     pub fn toward(&self, other: &MeshData, share: f32) -> Option<MeshData> {
         let is_same = self.triangles == other.triangles
             && self.vertices.len() == other.vertices.len()
@@ -186,6 +188,11 @@ impl MeshData {
         } else {
             &self.normals
         }
+    }
+
+    /// Whether all of it is in range: looked at once, however many entities share it.
+    pub(super) fn checked(&self) -> Result<(), Invalid> {
+        self.computed.checked.get_or_init(|| check_data(self)).clone()
     }
 
     /// Whether some vertices have no shading normal, though others do.

@@ -28,6 +28,12 @@ pub enum Domain {
     Time,
     /// Which part of what a path goes on with it looks for.
     Part,
+    /// How far a path gets in fog, and where it is scattered to.
+    FreeFlight,
+    /// Which light is asked for what it sends into fog, and where.
+    InScatter,
+    /// The point of that light.
+    InScatterLight,
     /// The point of a light, by its number.
     Light(u32),
     /// Whether a surface that is there in part is, after so many others on the same ray.
@@ -45,6 +51,9 @@ impl Domain {
             Domain::Roulette => 5,
             Domain::Time => 6,
             Domain::Part => 7,
+            Domain::FreeFlight => 8,
+            Domain::InScatter => 9,
+            Domain::InScatterLight => 10,
             Domain::Light(i) => 16 + u64::from(i),
             Domain::Hole(i) => (1 << 40) + u64::from(i),
         }

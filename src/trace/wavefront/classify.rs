@@ -40,7 +40,8 @@ impl Kernel for ClassifyKernel<'_> {
                     odd = L::or(odd, lamp.crossed(origin, direction, end).1);
                 }
             }
-            special.push(L::bits(odd) as u8);
+            // Fog is in the way of all of them.
+            special.push(if context.fog.is_some() { u8::MAX } else { L::bits(odd) as u8 });
         }
     }
 }
