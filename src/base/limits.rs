@@ -210,6 +210,8 @@ pub const SCRIPT_MAP: usize = 32_768;
 pub const DATA_FILE_BYTES: u64 = 64 << 20;
 /// States of one simulation together: a thousand balls over ten thousand steps.
 pub const SIMULATION_BYTES: usize = 256 << 20;
+/// States of simulations that are kept beside the frames of a folder: they only spare time, and must not crowd it.
+pub const CHECKPOINT_BYTES: u64 = 64 << 20;
 /// Steps of a simulation from one frame to the next.
 pub const STEPS_PER_FRAME: u32 = 1_000;
 /// Distinct lines that are kept of what a script prints: more are noise, and each takes memory.

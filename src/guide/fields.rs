@@ -123,8 +123,10 @@ fn example_of(record: &dyn Record, field: &str, default: &Value, kind: &str, cho
         ),
         Value::List(vec![Value::List(vec![number(0.0), number(1.0)]); 3]),
         Value::List([0, 0, 8, 8].map(Value::Int).to_vec()),
+        Value::List(vec![Value::Text("name".into())]),
         Value::List(Vec::new()),
         Value::Text("name".into()),
+        Value::Bool(false),
         // A temperature.
         number(2800.0),
     ]);

@@ -73,6 +73,7 @@ impl Interpreter {
         engine::fix_hashes();
         project.record(path, FileRole::Script);
         let text = files::read_text(path, limits::SCRIPT_FILE_BYTES)?;
+        project.note_content(path, FileRole::Script, text.as_bytes());
         let folder: PathBuf = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let file = path.to_string_lossy().into_owned();
         let constants = Arc::new(Mutex::new(Map::new()));
@@ -224,6 +225,23 @@ impl Interpreter {
         let per_frame = f64::from(self.header.steps_per_frame);
         let at = (f64::from(number - 1) + offset) * per_frame;
         simulation.at(scene, at, |before| self.next_state(scene, before))
+    }
+
+    /// Whether it has a simulation.
+    pub fn simulates(&self) -> bool {
+        self.simulation.is_some()
+    }
+
+    /// Goes on from states that were made before, from the same scene.
+    pub fn resume(&self, scene: &Arc<Scene>, states: Vec<(u64, Value)>) {
+        if let Some(simulation) = &self.simulation {
+            simulation.resume(scene, states);
+        }
+    }
+
+    /// Those of these steps' states that were made from a scene.
+    pub fn states(&self, scene: &Arc<Scene>, steps: &[u64]) -> Vec<(u64, Value)> {
+        self.simulation.as_ref().map_or_else(Vec::new, |simulation| simulation.known(scene, steps))
     }
 
     /// The first state, or the one after another.

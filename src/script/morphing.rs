@@ -54,12 +54,13 @@ pub const CHAPTER: Chapter = Chapter {
         text: "A mesh on its way to another one of the same triangles: made with the same segments, or read from files that \
                    differ in where their vertices are.",
         arguments: &[
+            ("mesh", "what is at a share of 0: a mesh that was made, or that of an entity"),
             ("other", "the mesh at a share of 1, made or of an entity"),
             ("share", "0 gives the mesh, 1 the other; beyond both it goes on, from -100 to 100"),
         ],
-        example: "let ring = torus(1, 0.1);\n\
-                      let half = s.spawn(#{ mesh: ring.blend(torus(1, 0.5), 0.5), material: \"brass\" });\n\
-                      half.bounds.size.y       // 0.6",
+        example: "let ring = torus(1, 0.25);\n\
+                      let half = s.spawn(#{ mesh: ring.blend(torus(1, 0.75), 0.5), material: \"brass\" });\n\
+                      half.bounds.size.y       // 1.0",
         register: |engine| {
             engine
                 .register_fn("blend", |from: &mut MeshHandle, to: Dynamic, share: Dynamic| {

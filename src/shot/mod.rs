@@ -10,6 +10,7 @@
 pub mod advice;
 mod assets;
 mod bands;
+mod checkpoints;
 pub mod chunks;
 mod description;
 mod files;

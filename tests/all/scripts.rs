@@ -110,7 +110,7 @@ fn the_guide_is_printed_and_written() {
     }
     assert!(sandbox.anim("guide script").ok().stdout.contains("along(path, t) -> vector"));
     sandbox.anim("guide scirpt").fails(2, &["did you mean `script`?"]);
-    sandbox.anim("guide --html site").ok();
+    sandbox.anim("guide --html site --no-pictures").ok();
     assert!(
         sandbox.exists("site/index.html") && sandbox.exists("site/script.html") && sandbox.exists("site/search.js")
     );
@@ -253,4 +253,87 @@ fn the_scene_may_have_any_name() {
         "{dumped}"
     );
     assert!(dumped.contains("color: (1.0, 0.0, 0.0)") && dumped.contains("fov: 30.0"), "{dumped}");
+}
+
+/// A run in the middle of a sequence goes on from a state beside the frames, to the same bytes.
+#[test]
+fn a_simulation_goes_on_from_what_is_kept_beside_its_frames() {
+    let sandbox = Sandbox::new();
+    let script = |more: &str| {
+        format!(
+            "import \"rules\" as rules;\nanimation(#{{ frames: 150 }});
+            fn start(s) {{ #{{ n: 0, x: 0.1 }} }}
+            fn step(state, f) {{
+                print(state.n);
+                state.n += 1;
+                state.x = rules::next(state.x) {more};
+                state
+            }}
+            fn frame(s, f) {{ s.spawn(#{{ sphere: #{{ radius: 0.2 + f.state.x }} }}); s.render.size = [16, 12]; s.render.samples = 1; }}"
+        )
+    };
+    let printed = |run: &crate::tool::Run| run.stderr.lines().filter(|line| line.contains("a.rhai:")).count();
+    sandbox.write("rules.rhai", "fn next(x) { 3.7 * x * (1.0 - x) }").write("a.rhai", script(""));
+    let first = sandbox.anim("a.rhai --frames 149,150 -o out/").ok();
+    assert!(printed(&first) >= 149, "{}", first.stderr);
+    let kept = || sandbox.files().into_iter().filter(|file| file.contains(".anim-checkpoints/")).collect::<Vec<_>>();
+    assert_eq!(kept().len(), 3, "{:?}", kept());
+    let [before, after] = [149, 150].map(|frame| sandbox.read(&format!("out/a.{frame:04}.png")));
+    for frame in [149, 150] {
+        std::fs::remove_file(sandbox.path(&format!("out/a.{frame:04}.png"))).unwrap();
+    }
+    let again = sandbox.anim("a.rhai --frames 149,150 -o out/").ok();
+    assert!(printed(&again) <= 3, "{}", again.stderr);
+    assert!(sandbox.read("out/a.0149.png") == before && sandbox.read("out/a.0150.png") == after);
+    // Frames between two of them, and before the first, are those of a run without any.
+    sandbox.anim("a.rhai --frames 20,100 -o out/").ok();
+    sandbox.anim("a.rhai --frames 20,100 -o fresh/").ok();
+    for frame in ["a.0020.png", "a.0100.png"] {
+        assert!(sandbox.read(&format!("out/{frame}")) == sandbox.read(&format!("fresh/{frame}")));
+    }
+    // Another script, another module, other values, or a file that was tampered with: all is made anew.
+    let is_made_anew = || {
+        let run = sandbox.anim("a.rhai --frames 150 -o out/ --force").ok();
+        assert!(printed(&run) >= 149, "{}", run.stderr);
+    };
+    sandbox.write("rules.rhai", "fn next(x) { 3.6 * x * (1.0 - x) }");
+    is_made_anew();
+    sandbox.write("a.rhai", script("+ 0.0"));
+    is_made_anew();
+    for file in kept() {
+        let mut bytes = sandbox.read(&file);
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        sandbox.write(&file, bytes);
+    }
+    is_made_anew();
+}
+
+/// Morphs between meshes of one topology, and many places for one mesh.
+#[test]
+fn meshes_are_blended_and_put_in_many_places() {
+    let sandbox = Sandbox::new();
+    let script = |share: &str| {
+        format!(
+            "animation(#{{ frames: 2 }});
+            fn setup(s) {{
+                s.spawn(#{{ name: \"a\", mesh: torus(1, 0.1) }});
+                s.spawn(#{{ name: \"b\", mesh: torus(1, 0.5), translation: [9, 0, 0] }});
+                let places = [];
+                for i in 0..20000 {{ places.push([i, 0, 0]); }}
+                s.instances(#{{ mesh: rounded_box(0.4, 0.1) }}, places);
+            }}
+            fn frame(s, f) {{
+                let a = s.get(\"a\");
+                a.mesh = a.mesh.blend(s.get(\"b\").mesh, {share});
+                print(a.bounds.size.y);
+            }}"
+        )
+    };
+    let said = |share: &str| sandbox.write("a.rhai", script(share)).anim("plan a.rhai").ok().stderr;
+    assert!(said("0.5").contains("0.6") && said("0").contains("0.2") && said("2.0").contains("1.8"));
+    sandbox.write("a.rhai", script("0.5").replace("torus(1, 0.5)", "torus(1, 0.5, #{ sides: 9 })"));
+    sandbox.anim("plan a.rhai").fails(3, &["blend: 4656 vertices", "one topology"]);
+    sandbox.write("a.rhai", script("0.5").replace("s.get(\"b\").mesh", "7"));
+    sandbox.anim("plan a.rhai").fails(3, &["expected a mesh, found the number 7"]);
 }

@@ -30,6 +30,11 @@ pub fn fast<S: BuildInput>(source: &S, count: u32, hidden: &HiddenPrimitives) ->
     let centroids = PrimRange::of_many(&mut refs).centroids;
     let order = morton::order(&refs, centroids);
     let cuts: Vec<CurveCuts> = order.par_chunks(STRETCH).map(|stretch| CurveCuts::of(&refs, stretch)).collect();
+    // What is hidden has no reference, so that those of the others are not numbered as they are.
+    let order = match hidden.is_empty() {
+        true => order,
+        false => order.iter().map(|at| refs[*at as usize].number()).collect(),
+    };
     drop(refs);
     let (mut boxes, mut runs) = (Vec::new(), Vec::new());
     let mut end = 0;
