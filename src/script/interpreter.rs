@@ -14,7 +14,7 @@ use super::handles::SceneHandle;
 use super::modules::{ModuleGraph, ModuleLoader};
 use super::overlay::{NameIndex, Overlay};
 use super::said::Remarks;
-use super::simulation::{Simulation, state_of};
+use super::simulation::{NumberedStates, Simulation, state_of};
 use super::time::{self, Header};
 use super::vocabulary::Vocabulary;
 use super::{Moment, constraints, errors, sandbox};
@@ -233,14 +233,14 @@ impl Interpreter {
     }
 
     /// Goes on from states that were made before, from the same scene.
-    pub fn resume(&self, scene: &Arc<Scene>, states: Vec<(u64, Value)>) {
+    pub fn resume(&self, scene: &Arc<Scene>, states: NumberedStates) {
         if let Some(simulation) = &self.simulation {
             simulation.resume(scene, states);
         }
     }
 
     /// Those of these steps' states that were made from a scene.
-    pub fn states(&self, scene: &Arc<Scene>, steps: &[u64]) -> Vec<(u64, Value)> {
+    pub fn states(&self, scene: &Arc<Scene>, steps: &[u64]) -> NumberedStates {
         self.simulation.as_ref().map_or_else(Vec::new, |simulation| simulation.known(scene, steps))
     }
 

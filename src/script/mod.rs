@@ -19,6 +19,16 @@
 //! [`limits`]: crate::base::limits
 //! [`memory`]: crate::base::memory
 //!
+//! | files | |
+//! |---|---|
+//! | `interpreter`, `engine`, [`host`] | a script that is evaluated, the engine put together, and the process it runs in |
+//! | `modules`, `tokens`, `rewrite`, `closures` | before evaluation: modules found, the grammar that Rhai lacks |
+//! | `sandbox`, `allowance` | limits |
+//! | `overlay`, `handles`, `scene_api`, `fields`, `convert` | the scene in the hands of a script, and its edits |
+//! | `context`, `time`, `parameters`, `simulation` | header, the time of a frame, `-D`, a state from step to step |
+//! | `inspect`, `errors`, `words`, `vocabulary`, `said` | what went wrong, in our words and at its place; `print` |
+//! | the others | chapters of the API, a subject each |
+//!
 //! # What a script can say
 //!
 //! It stands in one table (`table`): each function with its registration, its text and an example that runs as a test; the
@@ -78,14 +88,16 @@ use std::sync::Arc;
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, Subject};
 use crate::base::digest::Digest;
 use crate::base::files;
-use crate::base::project::{FileRole, Folder, Project, ReadFile};
+use crate::base::project::{FileRole, Folder, Project};
 use crate::base::rate::Rate;
-use crate::components::{Edit, Scene, Value};
+use crate::components::{Edit, Scene};
 pub use clip_frames::ClipFrames;
+pub use host::MadeStates;
 use host::{HostCommand, HostPool};
 use interpreter::Interpreter;
 pub use parameters::{Parameter, ParameterKind};
 use said::{Journal, Remarks, When};
+pub use simulation::NumberedStates;
 pub use table::{CHAPTERS, Chapter, Function};
 pub use time::{Header, TimeMode};
 
@@ -265,17 +277,18 @@ impl Program {
     }
 
     /// Lets the simulation go on from states that were made before, from the same scene, by the numbers of their steps.
-    pub fn resume(&self, scene: &Arc<Scene>, states: Vec<(u64, Value)>) {
+    pub fn resume(&self, scene: &Arc<Scene>, states: NumberedStates) {
         if let Evaluator::Hosted(pool) = &self.evaluator {
             pool.resume(scene, states);
         }
     }
 
     /// Those of these steps' states that were made from a scene, and what the script has read.
-    pub fn states(&self, scene: &Arc<Scene>, steps: &[u64]) -> (Vec<(u64, Value)>, Vec<(PathBuf, ReadFile)>) {
-        let Evaluator::Hosted(pool) = &self.evaluator else { return Default::default() };
-        let host::MadeStates { states, read } = pool.states(scene, steps);
-        (states, read)
+    pub fn states(&self, scene: &Arc<Scene>, steps: &[u64]) -> MadeStates {
+        match &self.evaluator {
+            Evaluator::Hosted(pool) => pool.states(scene, steps),
+            Evaluator::Here(_) | Evaluator::Clip(_) => MadeStates::default(),
+        }
     }
 
     /// Where `setup`, or `frame` at a moment, writes to what a mistake is about.

@@ -13,6 +13,9 @@ use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::limits;
 use crate::components::{Scene, Value};
 
+/// States by the numbers of their steps.
+pub type NumberedStates = Vec<(u64, Value)>;
+
 /// States of one script that were made so far.
 #[derive(Default)]
 pub struct Simulation(Mutex<States>);
@@ -87,7 +90,7 @@ impl Simulation {
     }
 
     /// Goes on from states that were made before, from the same scene, by their numbers.
-    pub fn resume(&self, scene: &Arc<Scene>, states: Vec<(u64, Value)>) {
+    pub fn resume(&self, scene: &Arc<Scene>, states: NumberedStates) {
         let mut known = self.lock();
         let known = known.of(scene);
         for (number, state) in states {
@@ -98,7 +101,7 @@ impl Simulation {
     }
 
     /// Those of the states with these numbers that were made from a scene.
-    pub fn known(&self, scene: &Arc<Scene>, numbers: &[u64]) -> Vec<(u64, Value)> {
+    pub fn known(&self, scene: &Arc<Scene>, numbers: &[u64]) -> NumberedStates {
         let states = self.lock();
         if states.scene.as_ref().is_none_or(|known| !Arc::ptr_eq(known, scene)) {
             return Vec::new();
@@ -210,7 +213,7 @@ mod tests {
         // Before the first of them it starts anew.
         assert_eq!(at(1.0), Value::Number(11.0));
         assert_eq!(calls, 5);
-        let numbers = |states: Vec<(u64, Value)>| states.into_iter().map(|(number, _)| number).collect::<Vec<_>>();
+        let numbers = |states: NumberedStates| states.into_iter().map(|(number, _)| number).collect::<Vec<_>>();
         assert_eq!(numbers(simulation.known(&scene, &[0, 4, 6, 9])), [0, 6]);
         assert!(simulation.known(&Arc::default(), &[0]).is_empty());
     }

@@ -17,7 +17,7 @@ use crate::base::project::{FileRole, ReadFile};
 use crate::base::{files, limits};
 use crate::components::{Scene, Value};
 use crate::output::write_atomic;
-use crate::script::Program;
+use crate::script::{MadeStates, Program};
 
 /// The folder of checkpoints in a folder of frames.
 pub const FOLDER: &str = ".anim-checkpoints";
@@ -149,7 +149,7 @@ pub(super) fn save(input: &Input, folder: &Path, wanted: impl Iterator<Item = u3
     if steps.is_empty() {
         return;
     }
-    let (mut states, mut read) = simulated.program.states(simulated.scene, &steps);
+    let MadeStates { mut states, mut read } = simulated.program.states(simulated.scene, &steps);
     // Later ones first: they spare the most.
     states.sort_by_key(|(step, _)| std::cmp::Reverse(*step));
     states.dedup_by_key(|(step, _)| *step);

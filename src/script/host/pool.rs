@@ -13,10 +13,11 @@ use super::worker::{Death, HostWorker, SentScene};
 use crate::base::diagnostics::{Diagnostics, Place, Subject};
 use crate::base::digest::{Digest, Hasher};
 use crate::base::project::Project;
-use crate::components::{Edit, Scene, Value};
+use crate::components::{Edit, Scene};
 use crate::script::Moment;
 use crate::script::allowance::Allowance;
 use crate::script::said::Journal;
+use crate::script::simulation::NumberedStates;
 
 /// One script, open in some processes.
 pub struct HostPool {
@@ -35,7 +36,7 @@ pub struct HostPool {
 }
 
 /// States by their numbers, and the scene that they were made from.
-type ResumedStates = (Arc<Scene>, Arc<Vec<(u64, Value)>>);
+type ResumedStates = (Arc<Scene>, Arc<NumberedStates>);
 
 /// Ends of processes whose lines are looked for: the others, most likely, are the same again.
 const LOOKED_INTO: u32 = 2;
@@ -93,7 +94,7 @@ impl HostPool {
             None => self.another(journal)?.0,
         };
         let resumed = lock(&self.resumed).clone().filter(|(known, _)| Arc::ptr_eq(known, &scene.scene));
-        let states = resumed.as_ref().map(|(_, states)| &states[..]);
+        let states = resumed.as_ref().map(|(_, states)| &**states);
         match worker.call((&scene, states), time, &self.project, journal) {
             Ok(outcome) => {
                 lock(&self.idle).push(worker);
@@ -129,7 +130,7 @@ impl HostPool {
     }
 
     /// Lets simulations from a scene go on from states that were made before.
-    pub fn resume(&self, scene: &Arc<Scene>, states: Vec<(u64, Value)>) {
+    pub fn resume(&self, scene: &Arc<Scene>, states: NumberedStates) {
         *lock(&self.resumed) = Some((scene.clone(), Arc::new(states)));
     }
 

@@ -9,9 +9,10 @@ use crate::base::digest::Digest;
 use crate::base::limits;
 use crate::base::project::{FileRole, ReadFile};
 use crate::base::rate::Rate;
-use crate::components::{Kind, Value};
+use crate::components::Kind;
 use crate::script::Moment;
 use crate::script::said::Remarks;
+use crate::script::simulation::NumberedStates;
 use crate::script::time::{Header, TimeMode};
 
 /// What the program asks for.
@@ -23,7 +24,7 @@ pub enum Request {
     /// Call `setup`, or `frame` at a time; answered with edits.
     Call(Option<Moment>),
     /// States of its simulation that were made before, by their numbers; not answered.
-    Resume(Vec<(u64, Value)>),
+    Resume(NumberedStates),
     /// States of these numbers, as far as they were made; answered with [`MadeStates`].
     States(Vec<u64>),
     /// How what follows is to be run.
@@ -68,7 +69,7 @@ pub struct Opened {
 #[derive(Default)]
 pub struct MadeStates {
     /// By the numbers of their steps.
-    pub states: Vec<(u64, Value)>,
+    pub states: NumberedStates,
     /// Files with what was in them.
     pub read: Vec<(PathBuf, ReadFile)>,
 }

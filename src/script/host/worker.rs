@@ -10,9 +10,10 @@ use crate::base::codec::{Codec, Decoder, Encoder, Malformed, SharedTable};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, Place, Subject};
 use crate::base::digest::Digest;
 use crate::base::project::Project;
-use crate::components::{Edit, Scene, Value};
+use crate::components::{Edit, Scene};
 use crate::script::Moment;
 use crate::script::said::{Journal, When};
+use crate::script::simulation::NumberedStates;
 
 /// A scene as bytes, and what answers may name by number.
 pub struct SentScene {
@@ -106,7 +107,7 @@ impl HostWorker {
     /// As [`Self::open`].
     pub fn call(
         &mut self,
-        (scene, resumed): (&Arc<SentScene>, Option<&[(u64, Value)]>),
+        (scene, resumed): (&Arc<SentScene>, Option<&NumberedStates>),
         time: Option<Moment>,
         project: &Project,
         journal: &Journal,
@@ -114,7 +115,7 @@ impl HostWorker {
         if self.show(scene)?
             && let Some(states) = resumed
         {
-            self.send(&Request::Resume(states.to_vec())).map_err(|_| self.death(None, None))?;
+            self.send(&Request::Resume(states.clone())).map_err(|_| self.death(None, None))?;
         }
         self.ask(&Request::Call(time), project, journal, When::of(time))
     }
