@@ -154,7 +154,7 @@ fn studio(render: &str, camera: &str, material: &str, entities: &str, is_lit: bo
     render: (size: ({width}, {height}), {samples}{background}{render}),
     materials: {{
         \"m\": ({color}{material}),
-        \"floor\": (model: Lambert, color_map: (pattern: Checker, colors: ((0.5, 0.5, 0.5), (0.3, 0.3, 0.3)))),
+        \"floor\": (model: Lambert, color_map: (pattern: Checker, colors: [(0.5, 0.5, 0.5), (0.3, 0.3, 0.3)])),
         \"glow\": (emission: (6, 5, 4)),
     }},
     entities: [{} (plane: (), material: \"floor\"), {entities}],

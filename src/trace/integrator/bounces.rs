@@ -84,9 +84,9 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
     // look for it beside that of lamps.
     let alone = (context.settings.features && depth == 1) || photons.is_some();
     let side_by_side = !alone && (path || context.lights.emitters().is_empty());
-    let WavefrontBuffers { wave, hits, special, .. } = &mut *buffers;
+    let WavefrontBuffers { wave, hits, special, crossed, .. } = &mut *buffers;
     let lamps = path && context.lights.met(depth == 1).next().is_some();
-    context.lanes.run(ClassifyKernel { context, wave, hits, lamps, camera: depth == 1, special });
+    context.lanes.run(ClassifyKernel { context, wave, hits, lamps, camera: depth == 1, special, crossed });
     let mut places = std::mem::take(&mut buffers.places);
     places.clear();
     // Neighbours are mostly on one primitive, or at least of one material.
@@ -94,8 +94,10 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
     let mut known = u32::MAX;
     let counters = &mut worker.traversal.counters;
     for i in 0..buffers.wave.rays().len() {
-        if buffers.special[i / LANES] >> (i % LANES) & 1 == 1 {
-            match arrive(estimator, samples, i, buffers, (depth, lamps), counters) {
+        let is = |flags: &[u8]| flags[i / LANES] >> (i % LANES) & 1 == 1;
+        if is(&buffers.special) {
+            let crossed = is(&buffers.crossed);
+            match arrive(estimator, samples, i, buffers, (depth, crossed), counters) {
                 Arrival::Surface => {}
                 Arrival::Nowhere => continue,
                 Arrival::Scattered => {
@@ -150,13 +152,13 @@ fn arrive(
     samples: SampleSet,
     i: usize,
     buffers: &mut WavefrontBuffers,
-    (depth, lamps): (u32, bool),
+    (depth, crossed): (u32, bool),
     counters: &mut Counters,
 ) -> Arrival {
     let Estimator { context, .. } = estimator;
     let ((ray, mut state), hit) = (buffers.wave.get(i), buffers.hits.get(i));
     let met = hit.map_or(f32::INFINITY, |hit| hit.t);
-    if lamps && state.scope.filter != EmissionFilter::NonPhoton {
+    if crossed && state.scope.filter != EmissionFilter::NonPhoton {
         path::cross_lamps(context, &ray, met, &state, depth == 1, &mut buffers.colors);
     }
     if let Some(medium) = state.medium.material(context.materials) {
