@@ -64,7 +64,10 @@ pub fn pictures() -> Vec<GuidePicture> {
         let scene = studio("", "", "", &entity, kind.role() != Role::Light);
         all.push(GuidePicture { record: kind.name(), field: "", choice: String::new(), scene });
     }
-    for record in other_records().into_iter().chain(entity_records()) {
+    // A texture is a part of materials and a component: one and the same record.
+    let mut records = other_records();
+    records.extend(entity_records().into_iter().filter(|one| one.name != "texture" && one.name != "material"));
+    for record in records {
         for field in record.fields.iter().filter(|field| !ALIKE.contains(&field.name)) {
             for choice in &field.choices {
                 let said = format!("{}: {choice}", field.name);
