@@ -303,7 +303,7 @@ fn a_simulation_goes_on_from_what_is_kept_beside_its_frames() {
     change(&latest, false);
     assert!(frames("out") == first);
     // Another module: nothing of what is there is used.
-    kept().for_each(|file| change(&file, true));
+    kept().filter(|file| *file != latest).for_each(|file| change(&file, true));
     sandbox.write("rules.rhai", "fn next(x) { 3.6 * x * (1.0 - x) }");
     assert!(frames("out") == frames("fresh"));
 }
