@@ -6,7 +6,7 @@ use super::fog::FogWay;
 use super::photon::PhotonPass;
 use super::{path, photon, whitted};
 use crate::components::{Integrator, Model};
-use crate::trace::accel::Accelerator;
+use crate::trace::accel::{Accelerator, TraversalScratch};
 use crate::trace::counters::Counters;
 use crate::trace::material::{HoleCoverage, ShadingParams};
 use crate::trace::primitive::Tag;
@@ -16,7 +16,7 @@ use crate::trace::soa::Hit;
 use crate::trace::wavefront::{
     BlinnPhongKernel, ClassifyKernel, Crossing, EmissionFilter, LambertKernel, PathState, RenderContext, ShadingInput,
     ShadowRayQueue, SurfaceInteraction, WavefrontBuffers, Worker, accumulator_slot, first_hit_feature, is_blinn_phong,
-    pass_surfaces, scattered_albedo, trace_shadow_rays,
+    pass_surfaces, scattered_albedo, slot_sample, split_at_catchers, trace_shadow_rays,
 };
 
 /// Bins of shadow rays for lights that are chosen among: those to one light run alike.
@@ -65,13 +65,17 @@ fn find(
     buffers: &mut WavefrontBuffers,
     worker: &mut Worker,
 ) {
-    let WavefrontBuffers { wave, hits, .. } = buffers;
+    let WavefrontBuffers { wave, hits, colors, caught, .. } = buffers;
     accelerator.closest_all(context.geometry, wave.rays(), &mut worker.traversal, hits);
-    pass_surfaces((context, accelerator), wave, hits, |sample| *samples.sampler(sample), worker);
+    let sampler = |slot: u32| *samples.sampler(slot_sample(slot));
+    pass_surfaces((context, accelerator), wave, hits, sampler, worker);
+    if context.catchers {
+        split_at_catchers((context, accelerator), (wave, hits), sampler, (colors, caught), worker);
+    }
     if let Some(regions) = context.regions {
         let ended = |(i, hit): (usize, Option<Hit>)| {
             let (ray, state) = wave.get(i);
-            (ray, state.sample, hit.map_or(ray.t_max, |hit| hit.t))
+            (ray, slot_sample(state.sample), hit.map_or(ray.t_max, |hit| hit.t))
         };
         worker.footprint.add(regions, hits.iter().enumerate().map(ended));
     }
@@ -92,18 +96,17 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
     // Neighbours are mostly on one primitive, or at least of one material.
     let (mut primitive, mut tag, mut usual) = (u32::MAX, Tag::default(), false);
     let mut known = u32::MAX;
-    let counters = &mut worker.traversal.counters;
     for i in 0..buffers.wave.rays().len() {
         let is = |flags: &[u8]| flags[i / LANES] >> (i % LANES) & 1 == 1;
         if is(&buffers.special) {
             let crossed = is(&buffers.crossed);
-            match arrive(estimator, samples, i, buffers, (depth, crossed), counters) {
+            match arrive(estimator, samples, i, buffers, (depth, crossed), &mut worker.traversal.counters) {
                 Arrival::Surface => {}
                 Arrival::Nowhere => continue,
                 Arrival::Scattered => {
                     if context.settings.features && depth == 1 {
                         // The film's layers look through fog.
-                        shade_alone(estimator, samples, (i, true), buffers, depth, counters);
+                        shade_alone(estimator, samples, (i, true), buffers, depth, &mut worker.traversal);
                     }
                     continue;
                 }
@@ -123,10 +126,11 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
         if usual && !noted && !context.textures.is_textured(tag.entity) {
             places.push([i as u32, tag.material]);
         } else {
-            shade_alone(estimator, samples, (i, false), buffers, depth, counters);
+            shade_alone(estimator, samples, (i, false), buffers, depth, &mut worker.traversal);
         }
     }
     let WavefrontBuffers { wave, next, hits, shadows, .. } = &mut *buffers;
+    let counters = &mut worker.traversal.counters;
     let met = ShadingInput { context, wave, hits, places: &places, samples };
     if path {
         context.lanes.run(LambertKernel { met, depth, shadows, next, counters });
@@ -166,9 +170,9 @@ fn arrive(
         buffers.wave.set_state(i, &state);
     } else if let Some(way) = context.fog.and_then(|fog| FogWay::new(fog, &ray, met)) {
         if hit.is_none() && state.node == RayNode::CAMERA && context.settings.transparent {
-            buffers.veils[state.sample as usize] = 1.0 - way.transmittance();
+            buffers.veils[slot_sample(state.sample) as usize] = 1.0 - way.transmittance();
         }
-        let sampler = *samples.sampler(state.sample);
+        let sampler = *samples.sampler(slot_sample(state.sample));
         if pass_fog(context, &way, &mut state, &sampler, buffers, depth, counters) {
             return Arrival::Scattered;
         }
@@ -181,7 +185,7 @@ fn arrive(
         let radiance = if is_left_out { Vec3::ZERO } else { environment(estimator, ray.direction, &state) };
         let light = state.throughput * radiance;
         if context.settings.features && state.scatterings == 0.0 {
-            seen[state.sample as usize].add(state.throughput, radiance, Vec3::ZERO);
+            seen[slot_sample(state.sample) as usize].add(state.throughput, radiance, Vec3::ZERO);
         }
         colors[place as usize] += context.settings.clamps.limited(state.scatterings, light);
         return Arrival::Nowhere;
@@ -207,12 +211,12 @@ fn pass_fog(
         let last = depth == context.settings.max_depth;
         let is_scattered = way.scatters((depth, last), state, sampler, next, counters);
         if is_scattered && is_seen {
-            seen[state.sample as usize].add(state.throughput, fog.color, Vec3::ZERO);
+            seen[slot_sample(state.sample) as usize].add(state.throughput, fog.color, Vec3::ZERO);
         }
         return is_scattered;
     }
     if is_seen {
-        seen[state.sample as usize].add(state.throughput * (1.0 - left), fog.color, Vec3::ZERO);
+        seen[slot_sample(state.sample) as usize].add(state.throughput * (1.0 - left), fog.color, Vec3::ZERO);
     }
     // What photons have told, or a surface scattered, has no share of the colour of fog.
     if state.scatterings == 0.0 || !context.settings.follows_paths() {
@@ -231,13 +235,13 @@ fn shade_alone(
     (i, only_noted): (usize, bool),
     buffers: &mut WavefrontBuffers,
     depth: u32,
-    counters: &mut Counters,
+    traversal: &mut TraversalScratch,
 ) {
     let Estimator { context, photons } = estimator;
     let WavefrontBuffers { wave, hits, next, shadows, colors, features, seen, .. } = buffers;
     let Some(hit) = &hits.get(i) else { return };
     let (ray, mut state) = wave.get(i);
-    let (ray, sampler) = (&ray, *samples.sampler(state.sample));
+    let (ray, sampler) = (&ray, *samples.sampler(slot_sample(state.sample)));
     let mut surface = context.geometry.surface_point(ray, hit);
     let mut material = &context.materials[surface.material as usize];
     state.cone = state.cone.at(hit.t);
@@ -281,7 +285,7 @@ fn shade_alone(
     let hit = *hit;
     let met = SurfaceInteraction { direction: ray.direction, state, surface, material, behind, hit, front, sampler };
     if context.settings.features && depth == 1 {
-        features[state.sample as usize] = Some(first_hit_feature(context, &met));
+        features[slot_sample(state.sample) as usize] = Some(first_hit_feature(context, &met));
     }
     if only_noted {
         return;
@@ -289,16 +293,17 @@ fn shade_alone(
     if context.settings.features && state.scatterings == 0.0 {
         let albedo = scattered_albedo(material);
         if albedo != Vec3::ZERO {
-            seen[state.sample as usize].add(state.throughput, albedo, met.surface.shading_normal);
+            seen[slot_sample(state.sample) as usize].add(state.throughput, albedo, met.surface.shading_normal);
         }
     }
     if let Some(photons) = photons {
         let color = &mut colors[state.sample as usize];
-        photon::shade(context, photons, &met, depth, photon::PathOutput { color, shadows, next }, counters);
+        photon::shade(context, photons, &met, depth, photon::PathOutput { color, shadows, next }, traversal);
     } else if context.settings.follows_paths() {
-        path::shade(context, &met, depth, shadows, next, counters);
+        path::shade(context, &met, depth, shadows, next, &mut traversal.counters);
     } else {
-        whitted::shade(context, &met, depth == context.settings.max_depth, shadows, next, counters);
+        let last = depth == context.settings.max_depth;
+        whitted::shade(context, &met, last, shadows, next, &mut traversal.counters);
     }
 }
 
@@ -313,8 +318,8 @@ fn split_cover(context: RenderContext, material: &ShadingParams) -> f32 {
 fn environment(estimator: Estimator, direction: Vec3, state: &PathState) -> Vec3 {
     let Estimator { context, photons } = estimator;
     match context.environment {
+        _ if state.pdf == 0.0 => context.surroundings(direction, state.cone),
         None => context.settings.background,
-        Some(sky) if state.pdf == 0.0 => sky.lookup_wide(direction, state.cone),
         Some(sky) => {
             let asked = match photons {
                 Some(photons) if state.scope.filter == EmissionFilter::NonPhoton => photons.non_photon(),

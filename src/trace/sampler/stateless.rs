@@ -28,6 +28,8 @@ pub enum Domain {
     Time,
     /// Which part of what a path goes on with it looks for.
     Part,
+    /// How the directions lie in which a surface is looked over that photons are gathered from.
+    Gather,
     /// How far a path gets in fog, and where it is scattered to.
     FreeFlight,
     /// Which light is asked for what it sends into fog, and where.
@@ -51,9 +53,10 @@ impl Domain {
             Domain::Roulette => 5,
             Domain::Time => 6,
             Domain::Part => 7,
-            Domain::FreeFlight => 8,
-            Domain::InScatter => 9,
-            Domain::InScatterLight => 10,
+            Domain::Gather => 8,
+            Domain::FreeFlight => 9,
+            Domain::InScatter => 10,
+            Domain::InScatterLight => 11,
             Domain::Light(i) => 16 + u64::from(i),
             Domain::Hole(i) => (1 << 40) + u64::from(i),
         }
