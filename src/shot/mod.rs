@@ -8,6 +8,7 @@
 //! one frame is rendered the one before is encoded and written.
 
 pub mod advice;
+pub mod animation_measures;
 mod assets;
 mod bands;
 pub mod chunks;

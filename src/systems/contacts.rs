@@ -102,10 +102,21 @@ struct Push {
 
 /// Finds all contacts of the World as it is placed, and what follows from them.
 pub fn contact_nudges(stage: &Stage) -> ContactNudges {
-    let mut found = Contacts::default();
+    nudges_within(stage, limits::CONTACT_FACES, limits::CONTACT_TESTS)
+}
+
+/// Authored indices of bodies that touch others and are not moved as they should be, since there are too many faces to
+/// look at all of them whenever a frame is rendered. The World is to be placed.
+pub fn contacts_left_out(stage: &Stage) -> Vec<usize> {
+    let all = nudges_within(stage, limits::CONTACT_FACES_CHECKED, limits::CONTACT_TESTS_CHECKED);
+    contact_nudges(stage).differing(&all).collect()
+}
+
+fn nudges_within(stage: &Stage, most_faces: usize, most_tests: usize) -> ContactNudges {
+    let mut found = Contacts { most_faces, most_tests, ..Contacts::default() };
     // Nothing fails in what is only looked at.
     let gathered = found.gather(stage);
-    if gathered.is_err() || found.faces.len() > limits::CONTACT_FACES {
+    if gathered.is_err() || found.faces.len() > most_faces {
         return ContactNudges::default();
     }
     found.find_flat();
@@ -115,6 +126,9 @@ pub fn contact_nudges(stage: &Stage) -> ContactNudges {
 
 #[derive(Default)]
 struct Contacts {
+    /// Faces that are looked at, and pairs of them.
+    most_faces: usize,
+    most_tests: usize,
     bodies: Vec<TouchingBody>,
     faces: Vec<FlatFace>,
     /// Spheres: center, radius, body.
@@ -152,7 +166,7 @@ impl Contacts {
             this.caps(body, [s.base, s.apex], [s.base_radius, s.apex_radius], s.capped, map);
         })?;
         self.each::<Mesh>(stage, 4, |this, body, shape, map| {
-            if this.faces.len() + shape.primitive_count() > limits::CONTACT_FACES {
+            if this.faces.len() + shape.primitive_count() > this.most_faces {
                 return;
             }
             let map = &from_origin_of(shape, *map);
@@ -246,7 +260,7 @@ impl Contacts {
             let widest = SAME_PLANE * group.iter().map(|(_, face)| self.size(*face)).fold(0.0, f64::max);
             for near in group.chunk_by(|a, b| b.0 - a.0 <= widest) {
                 tests = self.find_in_plane(near, tests);
-                if tests > limits::CONTACT_TESTS {
+                if tests > self.most_tests {
                     return;
                 }
             }
@@ -266,7 +280,7 @@ impl Contacts {
             for (first, a) in one {
                 for (second, b) in bodies[i + 1..].iter().flatten() {
                     tests += 1;
-                    if tests > limits::CONTACT_TESTS {
+                    if tests > self.most_tests {
                         return tests;
                     }
                     if (second - first).abs() <= SAME_PLANE * self.size(*a).max(self.size(*b)) {
@@ -440,4 +454,35 @@ fn clipped(points: &[DVec2], from: DVec2, to: DVec2) -> Vec<DVec2> {
         }
     }
     kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::systems::{spawn, update_hierarchy};
+
+    /// Bodies whose faces are too many to be looked at are found where that leaves a contact alone, and nowhere else.
+    #[test]
+    fn contacts_beyond_the_caps_are_known() {
+        let block = |y: f64| {
+            let transform = Transform { translation: DVec3::Y * y, ..Transform::default() };
+            EntityDesc::new([transform.into(), AABox::default().into(), MaterialName("clear".into()).into()])
+        };
+        let scene = |y: f64| Scene {
+            materials: vec![("clear".into(), Material { model: Model::Dielectric, ..Material::default() })],
+            entities: vec![block(y), EntityDesc::new([Plane::default().into()])],
+            ..Scene::default()
+        };
+        let differing = |y: f64, most_faces: usize| {
+            let mut stage = spawn(scene(y)).unwrap();
+            update_hierarchy(&mut stage).unwrap();
+            let capped = nudges_within(&stage, most_faces, limits::CONTACT_TESTS);
+            capped.differing(&contact_nudges(&stage)).collect::<Vec<_>>()
+        };
+        assert_eq!((differing(0.5, 7), differing(0.5, 6)), (vec![], vec![0]), "on the plane");
+        assert_eq!(differing(0.6, 6), [] as [usize; 0], "above it");
+        let mut stage = spawn(scene(0.5)).unwrap();
+        update_hierarchy(&mut stage).unwrap();
+        assert_eq!(contacts_left_out(&stage), [] as [usize; 0]);
+    }
 }
