@@ -1,5 +1,15 @@
 //! The command line: one file per command, and the only room that prints.
 //!
+//! | file | commands |
+//! |---|---|
+//! | `render`, `watch`, `preview` | pictures; settings that several commands take are in `render/look`, shared work in `render/shared`, parts of pictures in `render/tiles` |
+//! | `film/`, `sheet/`, `test/`, `diff` | films, contact sheets, golden frames, comparison |
+//! | `check`, `plan`, `status`, `pictures` | what is wrong, what would be done, what is there, `anim info` |
+//! | `scenes`, `set` | `anim dump` and `anim convert`; values of a scene file, in place |
+//! | `pack`, `farm`, `merge` | other machines |
+//! | `guide` | the reference, completions, manual pages |
+//! | `frames`, `progress`, `lanes`, `threads` | the grammar of `--frames`, progress on stderr, what holds for the whole program |
+//!
 //! Raw flags are resolved here, once, into what the program works with. Results go to stdout; diagnostics and progress
 //! to stderr. Exit codes: 0 done, 1 differences found, 2 usage, 3 the scene or script is wrong, 4 some frames failed,
 //! 5 reading or writing failed, 130 interrupted.

@@ -1,6 +1,6 @@
 //! Golden pictures: small PNG files that carry the hash of the frame that they were, and what it was made from.
 //!
-//! They are never written by a comparison; whoever accepts a picture calls [`write`].
+//! They are never written by a comparison; whoever accepts a picture calls [`write()`].
 
 use std::path::Path;
 

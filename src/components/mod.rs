@@ -34,7 +34,7 @@ pub use entity::{Component, ComponentType, EntityDesc, Kind, Role};
 pub use film::{Aov, Filter, ToneMap};
 pub use light::{AreaLight, DirectionalLight, Falloff, PointLight, SpotLight};
 pub use material::{Material, MaterialName, Model};
-pub use mesh::{FaceSet, Mesh, MeshData, Piece};
+pub use mesh::{FaceSet, Mesh, MeshData, Piece, Pieces};
 pub use mip_map::{ImageCache, ImagePlane, MipLevel, MipMap, Texels};
 pub use record::{Check, FieldClass, FieldError, Invalid, Record};
 pub use render::{Accel, Fresnel, Integrator, LightSampler, Render, Shadows, Transfer};

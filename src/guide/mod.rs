@@ -4,7 +4,7 @@
 //! from the table that registers them ([`crate::script::CHAPTERS`]), foreign words from the list that mistakes are
 //! answered with. Every example runs as a test.
 //!
-//! - [`pages`]: what there is, and in which order
+//! - `pages`: what there is, and in which order
 //! - [`text`]: a page for the terminal
 //! - [`html`]: all pages as a site that needs no server
 //! - [`json`]: all pages, and the schema of scenes, for editors

@@ -2,7 +2,7 @@
 //!
 //! The happy path is one pass: [`ron`] through serde, [`nff`] through its own reader. Then [`resolve`] checks ranges
 //! and references as data, and meshes are read. Only when something is wrong is the text looked at again, for the
-//! place of every mistake.
+//! place of every mistake and the word that was meant (`ron::explain`).
 
 pub mod aff;
 mod assemble;

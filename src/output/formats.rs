@@ -1,6 +1,6 @@
 //! The picture formats that frames are written in: one table, one entry for each format.
 //!
-//! A new format is a file beside `png` and `exr` that declares a [`Format`], and its name in [`FORMATS`]. Everything
+//! A new format is a file or folder beside `png/` and `exr/` that declares a [`Format`], and its name in [`FORMATS`]. Everything
 //! else (names of files, `-o`, what a finished frame says of itself, copies of it, `diff`, `info`) goes by this table.
 
 use std::path::Path;

@@ -3,6 +3,17 @@
 //! What is written depends on the picture and its making alone: no time stamps, no paths, no machine. A file appears
 //! under its final name only when it is whole, and a [`manifest`] beside it knew of it a moment before.
 //!
+//! | file | |
+//! |---|---|
+//! | `format`, [`formats`] | what a picture format is, and the table of them |
+//! | `png/`, `exr/` | the formats; PNG's metadata are put together in `metadata` and encoded in `png` |
+//! | [`metadata`] | what a picture says of its making |
+//! | `parts`, `layered` | parts, places and channels of files with many |
+//! | `film/`, `sheet/` | films and contact sheets |
+//! | `names`, [`manifest`], `state` | names of frames, what lies in a folder, whether a file is its frame |
+//! | `claims` | which worker renders which frame |
+//! | `small_png` | PNG as small as can be, for goldens and pages |
+//!
 //! [`formats`] holds the table of picture formats; to add one touches that table and a file of its own.
 
 pub mod claims;

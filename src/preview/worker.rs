@@ -1,7 +1,7 @@
 //! The worker: the one thread that has the shot, does what pages ask for, and has something to do while they do not.
 //!
 //! Every order raises the flag that tracing looks at, so that it is answered within a few tiles; then the worker goes on
-//! with the most urgent thing that is not done ([`PreviewWorker::step`]): open what changed, a quick picture of the frame that is
+//! with the most urgent thing that is not done (`PreviewWorker::step`): open what changed, a quick picture of the frame that is
 //! looked at, the plan of all frames, the exact picture, frames that are to be written, and the frames ahead.
 
 use std::collections::BTreeMap;

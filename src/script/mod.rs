@@ -19,6 +19,16 @@
 //! [`limits`]: crate::base::limits
 //! [`memory`]: crate::base::memory
 //!
+//! | files | |
+//! |---|---|
+//! | `interpreter`, `engine`, [`host`] | a script that is evaluated, the engine put together, and the process it runs in |
+//! | `modules`, `tokens`, `rewrite`, `closures` | before evaluation: modules found, the grammar that Rhai lacks |
+//! | `sandbox`, `allowance` | limits |
+//! | `overlay`, `handles`, `scene_api`, `fields`, `convert` | the scene in the hands of a script, and its edits |
+//! | `context`, `time`, `parameters`, `simulation` | header, the time of a frame, `-D`, a state from step to step |
+//! | `inspect`, `errors`, `words`, `vocabulary`, `said` | what went wrong, in our words and at its place; `print` |
+//! | the others | chapters of the API, a subject each |
+//!
 //! # What a script can say
 //!
 //! It stands in one table (`table`): each function with its registration, its text and an example that runs as a test; the

@@ -83,6 +83,14 @@ fn golden_mixing_crossing_and_pedestal() {
     show("mixing", 48);
     show("crossing", 48);
     show("pedestal", 36);
+    show("edit", 6);
+}
+
+/// Shows that are looked at on one sheet.
+#[test]
+fn golden_study_and_dolls() {
+    show("study", 9);
+    show("dolls", 1);
 }
 
 #[test]

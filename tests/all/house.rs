@@ -234,6 +234,8 @@ fn files_stay_short() {
 #[test]
 fn every_example_passes_check() {
     let mut examples = files(&root().join("scripts"), "rhai");
+    // What shows import is no sequence by itself.
+    examples.retain(|path| !path.starts_with(root().join("scripts/parts")));
     for extension in ["ron", "nff", "p3f"] {
         examples.extend(files(&root().join("scenes"), extension));
     }

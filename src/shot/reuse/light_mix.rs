@@ -18,7 +18,7 @@
 //!    light group of its own and a unit, a power of two above its brightest colour.
 //! 3. [`systems::PartialFrame::light_groups`](crate::systems::PartialFrame): the frame that is traced first is given the
 //!    [`LightGroups`]. They replace the emitter's colour by its grey unit and say the number of its group: of lamps in
-//!    `systems::lights`, of materials in [`LightGroups::assign_materials`], of the environment in
+//!    `LightGroups::assign_light`, of materials in [`LightGroups::assign_materials`], of the environment in
 //!    [`LightGroups::assign_environment`].
 //! 4. [`crate::trace`]: every contribution is added to the accumulator of the group that the light or material that it
 //!    came from carries. Group 0 is all the rest.

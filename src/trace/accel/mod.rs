@@ -47,7 +47,7 @@
 //! 2.3 to 3.3 times as fast as cones one by one.
 //!
 //! Over whole frames the tree was ahead of the grid, or within a twentieth, in all of some forty scenes, which is why
-//! [`Accel::Auto`] is the tree. User seconds of one thread, tree / grid: 0.12 to 0.17 for a crowd of 1,000 instances
+//! `Accel::Auto` is the tree. User seconds of one thread, tree / grid: 0.12 to 0.17 for a crowd of 1,000 instances
 //! whose boxes overlap, 0.26 for 3,000 tufts side by side, 0.54 for 100 large instances in one place, 0.8 to 0.86 for
 //! 10,000 instances apart; 0.66 for the sphereflake, 0.68 for 2,000 spheres through each other, 0.85 to 0.9 and 0.77 to
 //! 0.96 for clouds of 1,000 and 100,000 small spheres, 0.82 for 5,000 cones, 0.97 for 5,000 boxes, 0.76 for the bunny,

@@ -14,42 +14,42 @@ macro_rules! area_shapes {
         /// Any shape that can be sampled, in the world.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum AreaShape { $(
-            #[doc = concat!("A [`", stringify!($Type), "`].")]
+            #[doc = concat!("A `", stringify!($Type), "`.")]
             $Shape($Type)
         ),* }
 
         impl AreaShape {
-            /// As [`AreaSampling::IS_CLOSED`].
+            /// As `AreaSampling::IS_CLOSED`.
             pub fn is_closed(&self) -> bool {
                 match self { $( AreaShape::$Shape(_) => <$Type>::IS_CLOSED ),* }
             }
 
-            /// As [`AreaSampling::area`].
+            /// As `AreaSampling::area`.
             pub fn area(&self) -> f32 {
                 match self { $( AreaShape::$Shape(shape) => shape.area() ),* }
             }
 
-            /// As [`AreaSampling::point`].
+            /// As `AreaSampling::point`.
             pub fn point(&self, u: [f32; 2]) -> (Vec3, Vec3) {
                 match self { $( AreaShape::$Shape(shape) => shape.point(u) ),* }
             }
 
-            /// As [`AreaSampling::area_bounds`].
+            /// As `AreaSampling::area_bounds`.
             pub fn area_bounds(&self) -> Bounds {
                 match self { $( AreaShape::$Shape(shape) => shape.area_bounds() ),* }
             }
 
-            /// As [`AreaSampling::extent`].
+            /// As `AreaSampling::extent`.
             pub fn extent(&self) -> Vec3 {
                 match self { $( AreaShape::$Shape(shape) => shape.extent() ),* }
             }
 
-            /// As [`AreaSampling::sample`].
+            /// As `AreaSampling::sample`.
             pub fn sample(&self, from: Vec3, u: [f32; 2]) -> Option<AreaSample> {
                 match self { $( AreaShape::$Shape(shape) => shape.sample(from, u) ),* }
             }
 
-            /// As [`AreaSampling::pdf`].
+            /// As `AreaSampling::pdf`.
             pub fn pdf(&self, from: Vec3, point: Vec3, normal: Vec3) -> f32 {
                 match self { $( AreaShape::$Shape(shape) => shape.pdf(from, point, normal) ),* }
             }

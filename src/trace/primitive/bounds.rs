@@ -1,4 +1,4 @@
-//! Axis-aligned boxes.
+//! Axis-aligned boxes. Where rays meet them: those of the scene in `aabox`, those of trees in `accel::bvh::walk`.
 
 use glam::Vec3;
 

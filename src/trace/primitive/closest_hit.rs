@@ -11,7 +11,7 @@ pub struct ClosestHit {
     pub primitive: u32,
     /// Triangle of an instance.
     pub element: u32,
-    /// The first parameter of the point on the primitive, as in [`Hit`].
+    /// The first parameter of the point on the primitive, as in `Hit`.
     pub u: f32,
     /// The second one.
     pub v: f32,
@@ -34,7 +34,7 @@ impl ClosestHit {
         }
     }
 
-    /// Offers where a line enters and leaves a convex solid; `u` keeps the distance for [`Geometry::surface`].
+    /// Offers where a line enters and leaves a convex solid; `u` keeps the distance for `Geometry::surface`.
     #[inline(always)]
     pub fn offer_span(&mut self, [near, far]: [f32; 2], sides: Sides, number: u32) {
         if near > 0.0 && sides != Sides::Back {

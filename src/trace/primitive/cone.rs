@@ -157,7 +157,7 @@ pub struct ConeCrossing<L: Lanes> {
     pub met: L::Mask,
 }
 
-/// What each of the four crossings of [`frustum`] lies on.
+/// What each of the four crossings of `frustum` lies on.
 pub const PARTS: [ConePart; 4] = [ConePart::Side, ConePart::Side, ConePart::Base, ConePart::Apex];
 
 /// Where lines cross the sides and the caps of frusta.

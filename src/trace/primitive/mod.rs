@@ -10,6 +10,7 @@
 //! | `area`, `area_shape` | sampling of surfaces, and the list of shapes that are sampled |
 //! | `prepared_ray`, `closest_hit` | a ray ready for tests, and the rule for ties |
 //! | `surface`, `interaction`, `surface_points` | where a hit is and how exactly that is known, for one and for eight |
+//! | `terminator` | where the light of a coarse smooth mesh ends |
 //! | `uv` | texture coordinates, and how they change along a surface |
 //! | `affine`, `bounds`, `tag` | maps, boxes, and what a primitive belongs to |
 

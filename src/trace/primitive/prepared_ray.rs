@@ -66,7 +66,7 @@ impl PreparedRay {
         PreparedRay { origin, direction, inverse, axes, shear, turned_origin, turned_inverse, is_mapped: false }
     }
 
-    /// Coordinates in the order in which [`triangle`] wants them.
+    /// Coordinates in the order in which `triangle` wants them.
     #[inline(always)]
     pub fn turned(&self, v: Vec3) -> Vec3 {
         Vec3::new(v[self.axes[0]], v[self.axes[1]], v[self.axes[2]])
@@ -104,7 +104,7 @@ pub struct PreparedRayLanes<L> {
     pub direction: V3<L>,
     /// One over each coordinate of the direction; infinite over 0.
     pub inverse: V3<L>,
-    /// The order in which [`triangle`] wants coordinates.
+    /// The order in which `triangle` wants coordinates.
     pub axes: [usize; 3],
     pub(super) turned_origin: V3<L>,
     pub(super) turned_inverse: V3<L>,

@@ -2,7 +2,7 @@
 //!
 //! | file | |
 //! |---|---|
-//! | `sampler` | [`Sampler`]: stateless sampling by seed, pixel, sample and [`Domain`]; [`RayNode`]: a ray in the tree of a sample |
+//! | `stateless` | [`Sampler`]: stateless sampling by seed, pixel, sample and [`Domain`]; [`RayNode`]: a ray in the tree of a sample |
 //! | `lanes` | the samplers of eight samples side by side |
 //! | [`sobol`] | scrambled Sobol points with blue-noise error over the screen |
 //! | `warp` | disk, hemisphere, sphere, triangle; [`Frame`]; the power heuristic |

@@ -38,7 +38,7 @@ pub struct WavefrontBuffers {
     pub places: Vec<ShadingEntry>,
     /// Colour of each sample, light group by light group: see [`super::accumulator_slot`].
     pub colors: Vec<Vec3>,
-    /// Numbers of the samples, see [`SampleSet`].
+    /// Numbers of the samples, see `SampleSet`.
     pub numbers: Vec<u32>,
     /// Where each sample lies in its pixel.
     pub filter_samples: Vec<FilterSample>,

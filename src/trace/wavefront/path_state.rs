@@ -60,7 +60,7 @@ impl PathState {
         PathState { node, throughput: self.throughput * throughput, pdf: 0.0, ..*self }
     }
 
-    /// See [`RayConeLanes::scattered`].
+    /// See `RayConeLanes::scattered`.
     pub fn scattered_cone(&self, pdf: f32) -> RayCone {
         RayCone { spread: RayConeLanes::from(self.cone).scattered(pdf).spread, ..self.cone }
     }

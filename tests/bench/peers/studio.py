@@ -7,9 +7,9 @@ WIDTH, HEIGHT, FRAMES = 640, 360, 48
 EYE, TARGET, FOV_UP = (0.0, 1.9, 6.2), (0.0, 0.85, 0.0), 32.0
 # Colour, weight of the highlight, its exponent, weight of the mirror image.
 MATERIALS = {
-    "plaster": ((0.82, 0.81, 0.79), 0.0, 20.0, 0.0),
-    "gloss": ((0.78, 0.77, 0.75), 0.35, 70.0, 0.12),
-    "stage": ((0.6, 0.6, 0.6), 0.1, 20.0, 0.06),
+    "plaster": ((0.76, 0.75, 0.73), 0.0, 20.0, 0.0),
+    "gloss": ((0.74, 0.73, 0.71), 0.35, 70.0, 0.12),
+    "stage": ((0.4, 0.4, 0.4), 0.1, 20.0, 0.06),
 }
 # Place, what it faces, half its width and depth, its brightest colour.
 LAMPS = [

@@ -2,7 +2,7 @@
 //! Mapping: A Probabilistic Approach", ACM TOG 2011).
 //!
 //! Each pass sends photons of its own from the lights and traces its share of every pixel's samples. A path from the
-//! eye is traced as [`super::path`] does, through mirrors, glass and gloss, up to the diffuse part of a surface: there
+//! eye is traced as `super::path` does, through mirrors, glass and gloss, up to the diffuse part of a surface: there
 //! it samples lights, and the light that reached the surface by way of others is read from how densely photons lie
 //! around. From pass to pass the radius of that search shrinks, so that noise and blur of the mean both vanish. Photons
 //! of caustics are spread farther where they are few, by what the first pass has seen.

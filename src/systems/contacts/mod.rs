@@ -17,17 +17,17 @@
 //! what it touches, so that a frame stays a function of its scene; reuse between frames counts a body as changed if it is
 //! moved otherwise.
 
+mod faces;
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeMap;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::hierarchy::Placement;
-use super::origin::{relative, render_origin};
-use super::shapes::from_origin_of;
-use super::stage::{MaterialIndex, Stage};
-use crate::base::diagnostics::Diagnostic;
+use self::faces::{FlatFace, TouchingBody, TouchingMesh};
+use super::stage::Stage;
 use crate::base::limits;
-use crate::components::*;
 
 /// How far a body moves, as a share of its size and of its distance from the origin of the space that is traced: some
 /// twenty times what coordinates are rounded by.
@@ -36,8 +36,6 @@ const STEP: f64 = 1.5e-5;
 const SAME_PLANE: f64 = 4e-7;
 /// Steps that a surface moves at most if it lies behind several others.
 const MOST_STEPS: usize = 8;
-/// Corners of the polygon that stands for the cap of a cone.
-const CAP_CORNERS: u32 = 16;
 
 /// Where bodies are moved, by authored index, as maps of the space that is traced.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -53,41 +51,6 @@ impl ContactNudges {
     pub fn differing<'a>(&'a self, other: &'a ContactNudges) -> impl Iterator<Item = usize> + 'a {
         let all = self.0.keys().chain(other.0.keys()).copied();
         all.filter(|index| self.of(*index) != other.of(*index))
-    }
-}
-
-/// A body that may touch others.
-#[derive(Clone, Copy)]
-struct TouchingBody {
-    index: usize,
-    /// Order of ties among primitives.
-    order: u8,
-    transparent: bool,
-    /// Whether it has an inside that its faces enclose.
-    closed: bool,
-    priority: u32,
-    min: DVec3,
-    max: DVec3,
-}
-
-/// A flat face of a body.
-struct FlatFace {
-    body: usize,
-    /// Unit, outwards.
-    normal: DVec3,
-    /// Convex, in the plane of the face; empty for a whole plane.
-    outline: Vec<DVec3>,
-    /// Any point of it.
-    point: DVec3,
-}
-
-impl FlatFace {
-    /// The same normal for both sides of a plane, and the plane's distance from the origin along it.
-    fn plane(&self) -> (DVec3, f64) {
-        let n = self.normal;
-        let first = n.to_array().into_iter().find(|x| x.abs() > 1e-6).unwrap_or(1.0);
-        let n = if first < 0.0 { -n } else { n };
-        (n, n.dot(self.point))
     }
 }
 
@@ -131,6 +94,7 @@ struct Contacts {
     most_tests: usize,
     bodies: Vec<TouchingBody>,
     faces: Vec<FlatFace>,
+    meshes: Vec<TouchingMesh>,
     /// Spheres: center, radius, body.
     spheres: Vec<([u64; 4], usize)>,
     /// By body.
@@ -138,113 +102,6 @@ struct Contacts {
 }
 
 impl Contacts {
-    fn gather(&mut self, stage: &Stage) -> Result<(), Diagnostic> {
-        self.each::<Sphere>(stage, 0, |this, body, shape, map| {
-            let [center, edge] = [shape.center, shape.center + DVec3::X * shape.radius];
-            let (center, edge) = (map.transform_point3(center), map.transform_point3(edge));
-            this.bodies[body].closed = true;
-            let reach = DVec3::splat(edge.distance(center));
-            (this.bodies[body].min, this.bodies[body].max) = (center - reach, center + reach);
-            let [x, y, z] = center.to_array().map(f64::to_bits);
-            this.spheres.push(([x, y, z, edge.distance(center).to_bits()], body));
-        })?;
-        self.each::<Triangle>(stage, 1, |this, body, shape, map| {
-            this.face(body, shape.vertices.map(|v| map.transform_point3(v)).to_vec());
-        })?;
-        self.each::<AABox>(stage, 2, |this, body, shape, map| {
-            this.bodies[body].closed = true;
-            let corner = |i: usize| DVec3::from_array(std::array::from_fn(|k| [shape.min, shape.max][i >> k & 1][k]));
-            let middle = map.transform_point3((shape.min + shape.max) * 0.5);
-            for side in [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]] {
-                this.outward(body, side.map(|i| map.transform_point3(corner(i))).to_vec(), middle);
-            }
-        })?;
-        self.each::<Cylinder>(stage, 3, |this, body, s, map| {
-            this.caps(body, [s.base, s.apex], [s.radius, s.radius], s.capped, map);
-        })?;
-        self.each::<Cone>(stage, 3, |this, body, s, map| {
-            this.caps(body, [s.base, s.apex], [s.base_radius, s.apex_radius], s.capped, map);
-        })?;
-        self.each::<Mesh>(stage, 4, |this, body, shape, map| {
-            if this.faces.len() + shape.primitive_count() > this.most_faces {
-                return;
-            }
-            let map = &from_origin_of(shape, *map);
-            for piece in shape.pieces().iter() {
-                let at = |i: u32| map.transform_point3(piece.data.vertices[i as usize].as_dvec3());
-                piece.data.triangles.iter().for_each(|t| this.face(body, t.map(at).to_vec()));
-            }
-        })?;
-        self.each::<Plane>(stage, 5, |this, body, shape, map| {
-            let normal = (map.matrix3.inverse().transpose() * shape.normal).normalize_or_zero();
-            let point = map.transform_point3(shape.point);
-            this.faces.push(FlatFace { body, normal, outline: Vec::new(), point });
-        })
-    }
-
-    /// Calls with every shape of a kind and the number of its new body.
-    fn each<T: hecs::Component>(
-        &mut self,
-        stage: &Stage,
-        order: u8,
-        mut add: impl FnMut(&mut Self, usize, &T, &DAffine3),
-    ) -> Result<(), Diagnostic> {
-        type Parts<'q, T> =
-            (&'q T, Option<&'q Placement>, Option<&'q MaterialIndex>, Option<&'q Skin>, Option<&'q Morph>);
-        let origin = render_origin(stage);
-        stage.for_each_in_order::<Parts<T>>(|index, (shape, placement, material, skin, morph)| {
-            if skin.is_some() || morph.is_some() {
-                return Ok(());
-            }
-            let map = relative(placement, origin);
-            let material = material.and_then(|m| stage.world.get::<&Material>(stage.materials[m.0 as usize]).ok());
-            let transparent = material.as_ref().is_some_and(|m| m.is_transparent());
-            let priority = material.as_ref().map_or(0, |m| m.priority);
-            let (min, max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-            self.bodies.push(TouchingBody { index, order, transparent, closed: false, priority, min, max });
-            add(self, self.bodies.len() - 1, shape, &map);
-            Ok(())
-        })
-    }
-
-    /// Adds a face whose corners run counter-clockwise seen from the front.
-    fn face(&mut self, body: usize, outline: Vec<DVec3>) {
-        let normal = (outline[1] - outline[0]).cross(outline[2] - outline[0]).normalize_or_zero();
-        for corner in &outline {
-            let body = &mut self.bodies[body];
-            (body.min, body.max) = (body.min.min(*corner), body.max.max(*corner));
-        }
-        if normal != DVec3::ZERO {
-            self.faces.push(FlatFace { body, normal, point: outline[0], outline });
-        }
-    }
-
-    /// Adds a face of a body around `middle`.
-    fn outward(&mut self, body: usize, mut outline: Vec<DVec3>, middle: DVec3) {
-        let normal = (outline[1] - outline[0]).cross(outline[2] - outline[0]);
-        if normal.dot(outline[0] - middle) < 0.0 {
-            outline.reverse();
-        }
-        self.face(body, outline);
-    }
-
-    fn caps(&mut self, body: usize, ends: [DVec3; 2], radii: [f64; 2], capped: bool, map: &DAffine3) {
-        let axis = (ends[1] - ends[0]).normalize_or_zero();
-        if !capped || axis == DVec3::ZERO {
-            return;
-        }
-        self.bodies[body].closed = true;
-        let (a, b) = axis.any_orthonormal_pair();
-        let middle = map.transform_point3((ends[0] + ends[1]) * 0.5);
-        for (end, radius) in ends.into_iter().zip(radii) {
-            let corner = |i: u32| {
-                let (sin, cos) = libm::sincos(f64::from(i) * std::f64::consts::TAU / f64::from(CAP_CORNERS));
-                map.transform_point3(end + (a * cos + b * sin) * radius.abs())
-            };
-            self.outward(body, (0..CAP_CORNERS).map(corner).collect(), middle);
-        }
-    }
-
     /// Contacts of faces that lie in one plane and overlap.
     fn find_flat(&mut self) {
         let mut planes: BTreeMap<[i64; 3], Vec<(f64, usize)>> = BTreeMap::new();
@@ -454,35 +311,4 @@ fn clipped(points: &[DVec2], from: DVec2, to: DVec2) -> Vec<DVec2> {
         }
     }
     kept
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::systems::{spawn, update_hierarchy};
-
-    /// Bodies whose faces are too many to be looked at are found where that leaves a contact alone, and nowhere else.
-    #[test]
-    fn contacts_beyond_the_caps_are_known() {
-        let block = |y: f64| {
-            let transform = Transform { translation: DVec3::Y * y, ..Transform::default() };
-            EntityDesc::new([transform.into(), AABox::default().into(), MaterialName("clear".into()).into()])
-        };
-        let scene = |y: f64| Scene {
-            materials: vec![("clear".into(), Material { model: Model::Dielectric, ..Material::default() })],
-            entities: vec![block(y), EntityDesc::new([Plane::default().into()])],
-            ..Scene::default()
-        };
-        let differing = |y: f64, most_faces: usize| {
-            let mut stage = spawn(scene(y)).unwrap();
-            update_hierarchy(&mut stage).unwrap();
-            let capped = nudges_within(&stage, most_faces, limits::CONTACT_TESTS);
-            capped.differing(&contact_nudges(&stage)).collect::<Vec<_>>()
-        };
-        assert_eq!((differing(0.5, 7), differing(0.5, 6)), (vec![], vec![0]), "on the plane");
-        assert_eq!(differing(0.6, 6), [] as [usize; 0], "above it");
-        let mut stage = spawn(scene(0.5)).unwrap();
-        update_hierarchy(&mut stage).unwrap();
-        assert_eq!(contacts_left_out(&stage), [] as [usize; 0]);
-    }
 }
