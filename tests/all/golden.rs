@@ -1,4 +1,4 @@
-//! Every frame of every show against its golden, to the last bit, with `anim test` on `tests/golden/golden.ron`.
+//! Frames of every show against their goldens, to the last bit, with `anim test` on `tests/golden/golden.ron`.
 //!
 //! What differs is left as a page and as pictures in the test's folder below `target`.
 
@@ -42,13 +42,13 @@ fn golden_antialiasing() {
 
 #[test]
 fn golden_boxes() {
-    show("boxes", 24);
+    show("boxes", 6);
 }
 
 #[test]
 fn golden_bump_and_texture() {
-    show("bump", 24);
-    show("texture", 24);
+    show("bump", 6);
+    show("texture", 6);
 }
 
 #[test]

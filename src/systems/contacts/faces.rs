@@ -43,6 +43,8 @@ pub(super) struct TouchingBody {
     pub(super) min: DVec3,
     pub(super) max: DVec3,
     zone: Zone,
+    /// Greatest coordinate of all of it.
+    extent: f64,
 }
 
 /// A flat face of a body.
@@ -91,6 +93,15 @@ impl Zone {
         }
     }
 
+    /// With a box more; of a plane, the plane.
+    fn with(self, [min, max]: [DVec3; 2]) -> Self {
+        match self {
+            Zone::Nowhere => Zone::Box([min, max]),
+            Zone::Box([low, high]) => Zone::Box([low.min(min), high.max(max)]),
+            Zone::Plane(..) => self,
+        }
+    }
+
     /// Whether something between two corners comes within `slack` of it.
     fn meets(&self, [min, max]: [DVec3; 2], slack: f64) -> bool {
         match self {
@@ -107,8 +118,8 @@ impl Zone {
 /// The zone that holds two others, where a box does.
 fn union(a: Zone, b: Zone) -> Option<Zone> {
     match (a, b) {
-        (Zone::Nowhere, zone) | (zone, Zone::Nowhere) => Some(zone),
-        (Zone::Box(a), Zone::Box(b)) => Some(Zone::Box([a[0].min(b[0]), a[1].max(b[1])])),
+        (zone, Zone::Nowhere) => Some(zone),
+        (Zone::Nowhere | Zone::Box(_), Zone::Box(b)) => Some(a.with(b)),
         _ => None,
     }
 }
@@ -150,7 +161,8 @@ impl Contacts {
         self.each::<Plane>(stage, 5, |this, body, shape, map| {
             let normal = (map.matrix3.inverse().transpose() * shape.normal).normalize_or_zero();
             let point = map.transform_point3(shape.point);
-            this.bodies[body].zone = Zone::Plane(normal, normal.dot(point));
+            let zone = Zone::Plane(normal, normal.dot(point));
+            (this.bodies[body].zone, this.bodies[body].extent) = (zone, point.abs().max_element());
             this.faces.push(FlatFace { body, normal, outline: Vec::new(), point });
         })?;
         self.gather_meshes();
@@ -159,15 +171,19 @@ impl Contacts {
 
     /// Adds those faces of meshes that come near other bodies. A mesh that has too many of them has none.
     fn gather_meshes(&mut self) {
-        let meshes = std::mem::take(&mut self.meshes);
+        let mut meshes = std::mem::take(&mut self.meshes);
+        // Those of few faces first: what of them is near something is all that the larger ones are compared with.
+        meshes.sort_by_key(|mesh| mesh.pieces.iter().map(|piece| piece.data.triangles.len()).sum::<usize>());
         // Where there are too many to compare, every face may be near something.
         let few = meshes.len() * self.bodies.len() <= limits::CONTACT_PAIRS;
         for mesh in meshes {
-            let near = if few { self.neighbours(mesh.body) } else { None };
+            let (near, slack) = if few { self.neighbours(mesh.body) } else { (None, 0.0) };
+            let mut zone = Zone::Nowhere;
             if near.as_ref().is_some_and(Vec::is_empty) {
+                self.bodies[mesh.body].zone = zone;
                 continue;
             }
-            let (before, slack) = (self.faces.len(), NEAR * self.zone_size(&near, mesh.body));
+            let before = self.faces.len();
             'mesh: for piece in mesh.pieces.iter() {
                 let at = |i: u32| mesh.map.transform_point3(piece.data.vertices[i as usize].as_dvec3());
                 for corners in piece.data.triangles.iter().map(|t| t.map(at)) {
@@ -177,37 +193,34 @@ impl Contacts {
                     (body.min, body.max) = (body.min.min(bounds[0]), body.max.max(bounds[1]));
                     if near.as_ref().is_none_or(|near| near.iter().any(|zone| zone.meets(bounds, slack))) {
                         self.face(mesh.body, corners.to_vec());
+                        zone = zone.with(bounds);
                     }
                     if self.faces.len() > self.most_faces {
                         self.faces.truncate(before);
+                        zone = Zone::Nowhere;
                         break 'mesh;
                     }
                 }
             }
+            self.bodies[mesh.body].zone = zone;
         }
         // As if each had been added where its body was.
         self.faces.sort_by_key(|face| face.body);
     }
 
-    /// Where other bodies come near a mesh; `None` for anywhere.
-    fn neighbours(&self, mesh: usize) -> Option<Vec<Zone>> {
+    /// Where other bodies come near a mesh, if not anywhere, and how near that is.
+    fn neighbours(&self, mesh: usize) -> (Option<Vec<Zone>>, f64) {
         let own = &self.bodies[mesh];
-        let Zone::Box(bounds) = own.zone else { return Some(Vec::new()) };
-        let near = |other: &&TouchingBody| {
-            let slack = NEAR * own.zone.size().max(other.zone.size());
-            other.index != own.index && other.zone.meets(bounds, slack)
-        };
-        let near: Vec<Zone> = self.bodies.iter().filter(near).map(|body| body.zone).collect();
-        if near.len() <= NEIGHBOURS {
-            return Some(near);
+        let Zone::Box(bounds) = own.zone else { return (Some(Vec::new()), 0.0) };
+        let slack = |other: &TouchingBody| NEAR * own.extent.max(other.extent);
+        let is_near = |other: &&TouchingBody| other.index != own.index && other.zone.meets(bounds, slack(other));
+        let near: Vec<&TouchingBody> = self.bodies.iter().filter(is_near).collect();
+        let widest = near.iter().map(|other| slack(other)).fold(0.0, f64::max);
+        let mut zones: Option<Vec<Zone>> = Some(near.iter().map(|other| other.zone).collect());
+        if near.len() > NEIGHBOURS {
+            zones = near.iter().try_fold(Zone::Nowhere, |all, other| union(all, other.zone)).map(|all| vec![all]);
         }
-        near.into_iter().try_fold(Zone::Nowhere, union).map(|all| vec![all])
-    }
-
-    /// Greatest coordinate of a mesh and of what is near it.
-    fn zone_size(&self, near: &Option<Vec<Zone>>, mesh: usize) -> f64 {
-        let others = near.iter().flatten().map(Zone::size);
-        others.fold(self.bodies[mesh].zone.size(), f64::max)
+        (zones, widest)
     }
 
     /// Calls with every shape of a kind and the number of its new body.
@@ -229,16 +242,9 @@ impl Contacts {
             let transparent = material.as_ref().is_some_and(|m| m.is_transparent());
             let priority = material.as_ref().map_or(0, |m| m.priority);
             let (min, max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-            self.bodies.push(TouchingBody {
-                index,
-                order,
-                transparent,
-                closed: false,
-                priority,
-                min,
-                max,
-                zone: Zone::of(shape, &map),
-            });
+            let zone = Zone::of(shape, &map);
+            let (closed, extent) = (false, zone.size());
+            self.bodies.push(TouchingBody { index, order, transparent, closed, priority, min, max, zone, extent });
             add(self, self.bodies.len() - 1, shape, &map);
             Ok(())
         })

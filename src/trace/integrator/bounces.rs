@@ -75,9 +75,9 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
     // look for it beside that of lamps.
     let alone = (context.settings.features && depth == 1) || photons.is_some();
     let side_by_side = !alone && (path || context.lights.emitters().is_empty());
-    let WavefrontBuffers { wave, hits, special, .. } = &mut *buffers;
+    let WavefrontBuffers { wave, hits, special, crossed, .. } = &mut *buffers;
     let lamps = path && context.lights.met(depth == 1).next().is_some();
-    context.lanes.run(ClassifyKernel { context, wave, hits, lamps, camera: depth == 1, special });
+    context.lanes.run(ClassifyKernel { context, wave, hits, lamps, camera: depth == 1, special, crossed });
     let mut places = std::mem::take(&mut buffers.places);
     places.clear();
     // Neighbours are mostly on one primitive, or at least of one material.
@@ -85,8 +85,12 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
     let mut known = u32::MAX;
     let counters = &mut worker.traversal.counters;
     for i in 0..buffers.wave.rays().len() {
-        if buffers.special[i / LANES] >> (i % LANES) & 1 == 1 && !arrive(estimator, i, buffers, depth, lamps) {
-            continue;
+        let is = |flags: &[u8]| flags[i / LANES] >> (i % LANES) & 1 == 1;
+        if is(&buffers.special) {
+            let crossed = is(&buffers.crossed);
+            if !arrive(estimator, i, buffers, depth, crossed) {
+                continue;
+            }
         }
         let met = buffers.hits.primitive(i);
         if met != primitive {
@@ -116,12 +120,12 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
 }
 
 /// Adds the light that a ray meets on its way, and takes what the medium absorbs; false if it leaves the scene.
-fn arrive(estimator: Estimator, i: usize, buffers: &mut WavefrontBuffers, depth: u32, lamps: bool) -> bool {
+fn arrive(estimator: Estimator, i: usize, buffers: &mut WavefrontBuffers, depth: u32, crossed: bool) -> bool {
     let Estimator { context, .. } = estimator;
     let WavefrontBuffers { wave, hits, colors, seen, .. } = buffers;
     let ((ray, mut state), hit) = (wave.get(i), hits.get(i));
     let met = hit.map_or(f32::INFINITY, |hit| hit.t);
-    if lamps && state.emission_filter != EmissionFilter::NonPhoton {
+    if crossed && state.emission_filter != EmissionFilter::NonPhoton {
         path::cross_lamps(context, &ray, met, &state, depth == 1, colors);
     }
     if let Some(medium) = state.medium.material(context.materials) {

@@ -30,6 +30,8 @@ pub struct WavefrontBuffers {
     pub hits: Hits,
     /// By eights of rays: which of them are to be looked at before they are shaded.
     pub special: Vec<u8>,
+    /// Which rays crossed a lamp, likewise.
+    pub crossed: Vec<u8>,
     /// Whether something stops each shadow ray of a queue.
     pub blocked: Vec<bool>,
     /// By light.

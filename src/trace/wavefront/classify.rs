@@ -5,8 +5,8 @@ use super::ray_queue::RayQueue;
 use crate::trace::simd::{Kernel, LANES, Wide};
 use crate::trace::soa::Hits;
 
-/// Finds rays that left the scene, ran through a transparent body, or crossed a lamp: a bit for each in the
-/// byte of its eight.
+/// Finds rays that left the scene, ran through a transparent body, or crossed a lamp: bits for each in the
+/// bytes of its eight.
 pub struct ClassifyKernel<'a> {
     /// What is traced.
     pub context: RenderContext<'a>,
@@ -20,6 +20,8 @@ pub struct ClassifyKernel<'a> {
     pub camera: bool,
     /// A flag for each ray: it needs more than shading.
     pub special: &'a mut Vec<u8>,
+    /// A flag for each ray: it crossed a lamp.
+    pub crossed: &'a mut Vec<u8>,
 }
 
 impl Kernel for ClassifyKernel<'_> {
@@ -27,20 +29,23 @@ impl Kernel for ClassifyKernel<'_> {
 
     #[inline(always)]
     fn run<L: Wide>(self) {
-        let ClassifyKernel { context, wave, hits, lamps, camera, special } = self;
+        let ClassifyKernel { context, wave, hits, lamps, camera, special, crossed } = self;
         special.clear();
+        crossed.clear();
         for first in (0..wave.rays().len()).step_by(LANES) {
             let (medium, found) = (wave.states().medium::<L>(first), hits.found::<L>(first));
             // Bits of whole numbers: air is 0, and whatever is not counts as a number, or as none.
-            let mut odd = L::or(L::not(found), medium[0].ne(L::splat(0.0)));
+            let odd = L::bits(L::or(L::not(found), medium[0].ne(L::splat(0.0))));
+            let mut met = 0;
             if lamps {
                 let end = L::select(found, hits.distances(first), L::splat(f32::INFINITY));
                 let (origin, direction) = (wave.rays().origin(first), wave.rays().direction(first));
                 for (_, lamp) in context.lights.met(camera) {
-                    odd = L::or(odd, lamp.crossed(origin, direction, end).1);
+                    met |= L::bits(lamp.crossed(origin, direction, end).1);
                 }
             }
-            special.push(L::bits(odd) as u8);
+            special.push((odd | met) as u8);
+            crossed.push(met as u8);
         }
     }
 }
