@@ -226,5 +226,7 @@ pub const PATH_POINTS: usize = 65_536;
 /// Script variables in scope, functions and modules.
 pub const SCRIPT_ITEMS: usize = 4_096;
 
+/// Letters of one message about a script: a screen of text.
+pub const MESSAGE_LETTERS: usize = 2_000;
 /// Diagnostics shown for one file: past this the first ones have said enough.
 pub const DIAGNOSTICS: usize = 20;

@@ -1,16 +1,15 @@
 //! What can be rendered and is most likely not what was meant: warnings of `anim check`.
 
-mod glass;
-
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::Shot;
 use super::fingerprint::Fingerprint;
+use super::glass;
+use super::placements::{Placements, shapes_of};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::base::limits;
 use crate::components::shapes::world_bounds;
-use crate::components::transform::world_placement;
 use crate::components::*;
 use crate::systems;
 
@@ -240,10 +239,6 @@ fn idle_camera_fields(camera: &Camera) -> Vec<(&'static str, String)> {
     idle.into_iter().filter(|(_, is_idle, _)| *is_idle).map(said).collect()
 }
 
-pub(super) fn shapes_of(desc: &EntityDesc) -> impl Iterator<Item = &dyn Shape> {
-    Kind::ALL.iter().filter_map(|kind| desc.get(*kind)?.shape())
-}
-
 /// Whether the material of an entity emits light.
 fn shines(scene: &Scene, desc: &EntityDesc) -> bool {
     let worn = desc.get(Kind::MaterialName).and_then(MaterialName::of);
@@ -329,38 +324,5 @@ impl View {
             let nearest = (min * *normal).max(max * *normal).element_sum();
             nearest - least < -4.0 * self.lens_radius
         })
-    }
-}
-
-/// Where the entities of a scene stand at the time 0 of the shutter.
-pub(super) struct Placements<'a> {
-    scene: &'a Scene,
-    by_name: FxHashMap<&'a str, usize>,
-}
-
-impl<'a> Placements<'a> {
-    pub(super) fn new(scene: &'a Scene) -> Self {
-        let named = |(index, desc): (usize, &'a EntityDesc)| desc.name.as_deref().map(|name| (name, index));
-        Placements { scene, by_name: scene.entities.iter().enumerate().filter_map(named).collect() }
-    }
-
-    /// The camera, where the entity is that carries it, if one does.
-    pub(super) fn camera(&self) -> Camera {
-        let camera = self.scene.camera.clone();
-        let carrier = camera.entity.as_deref().and_then(|name| self.by_name.get(name));
-        let Some(index) = carrier else { return camera };
-        let viewpoint = self.scene.entities[*index].get(Kind::Viewpoint).and_then(Viewpoint::of);
-        camera.carried(&self.of(*index), viewpoint)
-    }
-
-    pub(super) fn of(&self, index: usize) -> DAffine3 {
-        let entities = &self.scene.entities;
-        world_placement(
-            index,
-            |index| entities[index].get(Kind::Transform).and_then(Transform::of),
-            |index| entities[index].get(Kind::Motion).and_then(Motion::of),
-            |name| self.by_name.get(name).copied(),
-            0.0,
-        )
     }
 }

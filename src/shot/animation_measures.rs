@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3};
 use rustc_hash::FxHashMap;
 
 use super::Shot;
-use super::advice::{Placements, shapes_of};
+use super::placements::{Placements, shapes_of};
 use super::plan::{Plan, PlannedFrame};
 use crate::base::diagnostics::Diagnostics;
 use crate::base::limits;

@@ -3,11 +3,14 @@
 use glam::{DAffine3, DVec3};
 use rustc_hash::FxHashMap;
 
-use super::{NAMED, Placements};
+use super::placements::{Placements, shapes_of};
 use crate::base::diagnostics::{Diagnostic, ScenePart};
 use crate::base::limits;
 use crate::components::shapes::world_bounds;
 use crate::components::*;
+
+/// Bodies that a warning names.
+const NAMED: usize = 3;
 
 /// A shape that light goes through.
 struct ClearBody<'a> {
@@ -74,7 +77,7 @@ fn bodies_of<'a>(scene: &'a Scene, is_clear: impl Fn(&str) -> bool) -> Vec<Clear
             continue;
         }
         let map = placements.of(entity);
-        for shape in super::shapes_of(desc) {
+        for shape in shapes_of(desc) {
             let Some([min, max]) = world_bounds(shape, &map) else { continue };
             bodies.push(ClearBody { entity, shape, to_local: map.inverse(), min, max });
         }
