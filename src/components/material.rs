@@ -89,6 +89,11 @@ record! {
         pub emission: DVec3 = DVec3::ZERO => EmittedColor,
         /// Whether opaque surfaces show and stop rays on both sides. Transparent ones always do.
         pub two_sided: bool = true,
+        /// Whether the camera sees no more of the surface than the shadows on it: with `transparent` they are in alpha alone,
+        /// else they darken what surrounds the scene. Laid over a photograph of the place, the picture puts the objects on
+        /// its floor. What counts as shadow is by how much other bodies, but those that emit light, take from the light
+        /// that arrives; in mirrors, through glass and to what it lights the surface is an ordinary one. Not with `Photon`.
+        pub shadow_catcher: bool = false,
         /// Multiplied with `color`.
         pub color_map: Option<Box<Texture>> = None,
         /// Multiplied with `specular_color`: of highlights and mirror images.

@@ -4,6 +4,7 @@
 
 use glam::Vec3;
 
+use super::catcher::{CaughtLight, CaughtShadow, CaughtSum};
 use super::denoise::{DenoisePixel, DenoiseSum, SeenFeature};
 use super::layers::{Feature, FeatureSum};
 use crate::base::color::luminance;
@@ -44,6 +45,8 @@ pub struct PixelAccumulator {
     features: Vec<FeatureSum>,
     /// Empty unless wanted.
     halves: Vec<DenoiseSum>,
+    /// Empty until a sample meets a shadow catcher.
+    caught: Vec<CaughtSum>,
     signed: bool,
 }
 
@@ -56,6 +59,7 @@ impl PixelAccumulator {
             moments: vec![[0.0; 2]; if moments { pixels } else { 0 }],
             features: vec![FeatureSum::default(); if features { pixels } else { 0 }],
             halves: vec![DenoiseSum::default(); if halves { pixels } else { 0 }],
+            caught: Vec::new(),
             signed,
         }
     }
@@ -63,7 +67,7 @@ impl PixelAccumulator {
     /// Memory that it takes.
     pub fn bytes(&self) -> usize {
         let sums = size_of_val(&*self.sums) + size_of_val(&*self.moments);
-        sums + size_of_val(&*self.features) + size_of_val(&*self.halves)
+        sums + size_of_val(&*self.features) + size_of_val(&*self.halves) + size_of_val(&*self.caught)
     }
 
     /// Takes all samples of a pixel back.
@@ -77,6 +81,9 @@ impl PixelAccumulator {
         }
         if let Some(sum) = self.halves.get_mut(pixel) {
             *sum = DenoiseSum::default();
+        }
+        if let Some(sum) = self.caught.get_mut(pixel) {
+            *sum = CaughtSum::default();
         }
     }
 
@@ -96,6 +103,35 @@ impl PixelAccumulator {
             *first += light;
             *second += light * light;
         }
+    }
+
+    /// Adds what a sample that was added to a pixel has seen of a shadow catcher: its noise is that of the lit surface.
+    pub fn add_caught(&mut self, pixel: usize, second: bool, caught: CaughtLight, weight: f32) {
+        if self.caught.is_empty() {
+            self.caught = vec![CaughtSum::default(); self.sums.len()];
+        }
+        let CaughtLight { with_objects, without_objects, behind } = caught;
+        let [with_objects, without_objects, behind] = [with_objects, without_objects, behind].map(bounded);
+        self.caught[pixel].add(second, CaughtLight { with_objects, without_objects, behind }, weight);
+        if let Some([first, second]) = self.moments.get_mut(pixel) {
+            let light = f64::from(luminance(with_objects.to_array()));
+            *first += light;
+            *second += light * light;
+        }
+    }
+
+    /// What a pixel shows of shadow catchers, if it shows some.
+    pub fn caught(&self, pixel: usize) -> Option<CaughtShadow> {
+        let all = &self.sums[pixel];
+        let weight = if self.signed { all.weight } else { all.count as f32 };
+        self.caught.get(pixel)?.resolve(all.count, weight)
+    }
+
+    /// As [`Self::color`], with what shadow catchers show.
+    pub fn shown(&self, pixel: usize) -> [f32; 3] {
+        let darkened = self.caught(pixel).unwrap_or_default().darkened();
+        let color = self.color(pixel);
+        [0, 1, 2].map(|k| color[k] + darkened[k])
     }
 
     /// Adds what a sample met first, if that is wanted; see [`FeatureSum::add`].

@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::bounds::PixelBounds;
+use super::catcher::CaughtShadow;
 use super::denoise::DenoisePixel;
 
 /// Depth of a pixel that nothing stands in, as other renderers write it.
@@ -25,6 +26,8 @@ pub struct Feature {
     pub entity: u32,
     /// As `entity`; the default material comes after the authored ones.
     pub material: u32,
+    /// Whether it is a shadow catcher, which covers nothing by itself.
+    pub catcher: bool,
 }
 
 impl Feature {
@@ -38,9 +41,11 @@ impl Feature {
 pub struct FeatureSum {
     samples: u32,
     hits: u32,
-    /// Sums of the filter's weights: of all samples, and of those that met something.
+    /// How many of the hits cover what lies behind.
+    covering: u32,
+    /// Sums of the filter's weights: of all samples, and of those that cover what lies behind.
     weight: f32,
-    weighted_hits: f32,
+    weighted_covering: f32,
     depth: f32,
     point: Vec3,
     normal: Vec3,
@@ -58,8 +63,9 @@ impl Default for FeatureSum {
         FeatureSum {
             samples: 0,
             hits: 0,
+            covering: 0,
             weight: 0.0,
-            weighted_hits: 0.0,
+            weighted_covering: 0.0,
             depth: 0.0,
             point,
             normal,
@@ -89,29 +95,32 @@ impl FeatureSum {
             self.motion = feature.motion;
         }
         self.hits += 1;
-        self.weighted_hits += weight;
+        if !feature.catcher {
+            self.covering += 1;
+            self.weighted_covering += weight;
+        }
         self.depth += feature.depth;
         self.point += feature.point;
         self.normal += feature.normal;
         self.albedo += feature.albedo;
     }
 
-    /// Share of the samples that met something, as the film has it of colours: see `PixelAccumulator::color`.
+    /// Share of the samples that met something but a shadow catcher, as the film has it of colours: see `PixelAccumulator::color`.
     fn coverage(&self) -> f32 {
         let samples = self.samples.max(1) as f32;
-        let mean = self.hits as f32 / samples;
+        let mean = self.covering as f32 / samples;
         if self.weight == samples {
             return mean;
         }
-        mean + (self.weighted_hits - mean * self.weight) / samples
+        mean + (self.weighted_covering - mean * self.weight) / samples
     }
 }
 
 /// Columns with a value for each pixel, top row first; empty where nobody asked for them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layers {
-    /// Share of the samples that met something, by the weights of the filter: alpha. Weights with signs may take it a
-    /// little out of 0 to 1, as they do colours.
+    /// Share of the samples that met something, by the weights of the filter, and of shadow catchers the shadow: alpha.
+    /// Weights with signs may take it a little out of 0 to 1, as they do colours.
     pub coverage: Vec<f32>,
     /// Mean over the samples that met something, along the view axis; [`NOTHING`] where none did.
     pub depth: Vec<f32>,
@@ -132,6 +141,8 @@ pub struct Layers {
     pub variance: Vec<f32>,
     /// What the film is denoised by; empty unless that is wanted, and afterwards.
     pub halves: Vec<DenoisePixel>,
+    /// What pixels show of shadow catchers; empty where there are none, and once it is laid over the pixels.
+    pub caught: Vec<CaughtShadow>,
 }
 
 impl Layers {
@@ -149,7 +160,8 @@ impl Layers {
 
     /// Those of a part of the pixels that they are of.
     pub fn cropped(&self, bounds: PixelBounds, part: PixelBounds) -> Layers {
-        let Layers { coverage, depth, position, normal, albedo, entity, material, motion, variance, halves } = self;
+        let Layers { coverage, depth, position, normal, albedo, entity, material, motion, variance, halves, caught } =
+            self;
         Layers {
             coverage: bounds.crop(coverage, part),
             depth: bounds.crop(depth, part),
@@ -161,12 +173,14 @@ impl Layers {
             motion: bounds.crop(motion, part),
             variance: bounds.crop(variance, part),
             halves: bounds.crop(halves, part),
+            caught: bounds.crop(caught, part),
         }
     }
 
     /// Adds those of the pixels that follow.
     pub fn append(&mut self, others: Layers) {
-        let Layers { coverage, depth, position, normal, albedo, entity, material, motion, variance, halves } = others;
+        let Layers { coverage, depth, position, normal, albedo, entity, material, motion, variance, halves, caught } =
+            others;
         self.coverage.extend(coverage);
         self.depth.extend(depth);
         self.position.extend(position);
@@ -177,6 +191,7 @@ impl Layers {
         self.motion.extend(motion);
         self.variance.extend(variance);
         self.halves.extend(halves);
+        self.caught.extend(caught);
     }
 
     /// Sets what the samples of a pixel add up to.
@@ -206,6 +221,7 @@ mod tests {
             motion: Vec2::new(depth, 1.0),
             entity,
             material: 7,
+            catcher: false,
         };
         let mut sum = FeatureSum::default();
         sum.add(Some(&seen(2.0, 4)), 0.3, 1.0);

@@ -1,12 +1,13 @@
 //! The film: what samples add up to, linear pixels of one frame, and their way to numbers of a picture file.
 //!
 //! Pixels are linear and of any size (scene referred). [`accumulator`] adds samples up, tile by tile; [`filter`] draws where
-//! in and around a pixel they lie; [`layers`] say what the pixels show; [`denoise`] takes out noise; [`tone`] makes what a
+//! in and around a pixel they lie; `catcher` makes alpha of shadows; [`layers`] say what the pixels show; [`denoise`] takes out noise; [`tone`] makes what a
 //! screen can show of the result; [`bounds`] are rectangles of a frame that is not rendered as a whole, [`rows`] filter
 //! one that comes in bands.
 
 pub mod accumulator;
 pub mod bounds;
+mod catcher;
 mod denoise;
 mod dither;
 pub mod filter;
@@ -16,6 +17,7 @@ pub mod tone;
 
 pub use accumulator::{AccumulatorOptions, PixelAccumulator};
 pub use bounds::PixelBounds;
+pub use catcher::{CaughtLight, CaughtShadow, CaughtSum};
 pub use denoise::{DENOISE_REACH, DenoisePixel, SeenFeature, denoise};
 pub use filter::FilterTable;
 pub use layers::{Feature, Layers};
@@ -52,7 +54,11 @@ impl Film {
     }
 
     /// Adds rows of the same width and with the same layers below.
-    pub fn append(&mut self, rows: Film) {
+    pub fn append(&mut self, mut rows: Film) {
+        if self.layers.caught.len() + rows.layers.caught.len() > 0 {
+            self.layers.caught.resize(self.pixels.len(), CaughtShadow::default());
+            rows.layers.caught.resize(rows.pixels.len(), CaughtShadow::default());
+        }
         self.height += rows.height;
         self.pixels.extend(rows.pixels);
         self.layers.append(rows.layers);

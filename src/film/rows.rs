@@ -36,12 +36,13 @@ impl RowDenoiser {
             self.kept = Some((known, film));
             return None;
         }
-        let as_they_came = (film.pixels.clone(), film.layers.halves.clone());
+        let as_they_came = (film.pixels.clone(), film.layers.clone());
         denoise(&mut film);
+        film.cast_shadows();
         let ready = rows_of(self.next, done);
         let filtered = film.cropped(known, ready);
         if !is_last {
-            (film.pixels, film.layers.halves) = as_they_came;
+            (film.pixels, film.layers) = as_they_came;
             let kept = rows_of(done.saturating_sub(DENOISE_REACH).max(known.origin[1]), end);
             self.kept = Some((kept, film.cropped(known, kept)));
         }

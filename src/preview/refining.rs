@@ -42,7 +42,7 @@ struct Refining {
 impl Refining {
     fn draw(&mut self, pixels: &[[u32; 2]], sums: &PixelAccumulator, display: DisplayTransform) {
         for (i, [x, y]) in pixels.iter().enumerate() {
-            let color = display.expose(sums.color(i)).map(|x| display.byte(x));
+            let color = display.expose(sums.shown(i)).map(|x| display.byte(x));
             let at = 3 * (*y as usize * self.size[0] as usize + *x as usize);
             if let Some(place) = self.rgb.get_mut(at..at + 3) {
                 place.copy_from_slice(&color);

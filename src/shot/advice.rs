@@ -213,6 +213,13 @@ fn idle_fields(scene: &Scene) -> Vec<(usize, &'static str, String)> {
                 "`Conductor`, `Dielectric`, `Plastic` and `Principled`",
             ),
         ];
+        if material.shadow_catcher && scene.render.integrator == Integrator::Photon {
+            let message = format!(
+                "material `{name}`: with `integrator: Photon` a `shadow_catcher` is an ordinary surface; `Path`, \
+                 `Distribution` and `Whitted` show its shadows alone"
+            );
+            found.push((index, "shadow_catcher", message));
+        }
         for (field, _, models) in idle.into_iter().filter(|(_, is_idle, _)| *is_idle) {
             let model = material.model.name();
             found.push((

@@ -240,7 +240,10 @@ impl BaseFingerprint {
             self.record(render, |field, class| field != brightness && class != FieldClass::Invisible);
         let colors = &mut parts[FramePart::LightColors as usize];
         *colors = colors.with(self.record(render, |field, _| field == brightness));
-        let is_sum = is_sum(camera, render);
+        // What catchers show is a ratio of sums.
+        let mut worn =
+            self.scene.materials.iter().map(|(_, material)| material).chain(edited.materials.values().copied());
+        let is_sum = is_sum(camera, render) && !worn.any(|material| material.shadow_catcher);
         emitter_colors.retain(|one| is_sum && self.emitter_color(one.emitter) != Some(one.color));
         Fingerprint {
             parts,

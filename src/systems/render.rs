@@ -14,7 +14,10 @@ use super::tiles::TileGrid;
 use super::{accelerate, environment, extract, hierarchy, lens, lights, origin, textures};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::{Integrator, Render};
-use crate::film::{AccumulatorOptions, DenoisePixel, Film, FilterTable, PixelAccumulator, PixelBounds, denoise};
+use crate::film::{
+    AccumulatorOptions, CaughtShadow, CaughtSum, DenoisePixel, Film, FilterTable, PixelAccumulator, PixelBounds,
+    denoise,
+};
 use crate::trace::counters::Counters;
 use crate::trace::integrator;
 use crate::trace::integrator::photon::{PhotonCache, PhotonPass, ProgressiveState};
@@ -128,6 +131,10 @@ impl PartialFrame {
         if wanted {
             films.iter_mut().for_each(denoise);
         }
+        // Bands are denoised together, later on.
+        if wanted || !options.halves {
+            films.iter_mut().for_each(Film::cast_shadows);
+        }
         if grid.traced != grid.bounds {
             films = films.iter().map(|film| film.cropped(grid.traced, grid.bounds)).collect();
         }
@@ -180,8 +187,10 @@ pub fn bytes_of_pixel(settings: &Render, light_groups: usize) -> u64 {
         |pass| PixelAccumulator::new(1, options_of(options, pass)).bytes() as u64 + size_of::<[f32; 3]>() as u64;
     let layers = if options.features { LAYER_BYTES } else { 0 } + if options.moments { 4 } else { 0 };
     let denoise = if settings.denoise { DENOISE_BYTES } else { 0 };
+    // Any material may turn out to catch shadows.
+    let caught = (size_of::<CaughtSum>() + size_of::<CaughtShadow>()) as u64;
     // What is written is a copy of the layers and of one film.
-    (0..light_groups.max(1)).map(group).sum::<u64>() + 2 * (layers + 12) + denoise
+    caught + (0..light_groups.max(1)).map(group).sum::<u64>() + 2 * (layers + 12) + denoise
 }
 
 /// Bytes of a pixel of all layers of a film.
@@ -266,6 +275,8 @@ pub fn render_samples(
         settings: &resolved,
         holes: any_has_holes(&materials),
         glass: materials.iter().any(|material| material.is_clear()),
+        // Photons know of one scene alone.
+        catchers: settings.integrator != Integrator::Photon && materials.iter().any(|material| material.shadow_catcher),
         lanes: Width::detect(),
         filter: &filter,
         width: settings.size[0],
@@ -350,7 +361,8 @@ fn retrace_stale_tiles(
     let draws = settings.integrator == Integrator::Path || !context.lights.emitters().is_empty();
     let changes =
         cache.begin(of_window, context.geometry.bounds(), if draws { context.lights.chances() } else { Vec::new() });
-    let samples = (settings.rounds == 1 && !settings.features).then_some(settings.strata * settings.strata);
+    let samples =
+        (settings.rounds == 1 && !settings.features && !context.catchers).then_some(settings.strata * settings.strata);
     let pixels = |tile: usize| accumulators.grid.pixels(tile).len();
     if !cache.make_room(&accumulators.tiles, pixels, samples) {
         return tiles(estimator, SampleSubset::WHOLE, accumulators, sink, cancel, progress);
@@ -450,6 +462,12 @@ fn resolve<'a>(grid: TileGrid, options: AccumulatorOptions, tiles: impl Iterator
             }
             if let Some([_, variance]) = accumulator.spread(i) {
                 film.layers.variance[pixel] = variance.min(f64::from(f32::MAX)) as f32;
+            }
+            if let Some(shadow) = accumulator.caught(i) {
+                if film.layers.caught.is_empty() {
+                    film.layers.caught = vec![CaughtShadow::default(); count];
+                }
+                film.layers.caught[pixel] = shadow;
             }
             if let Some(halves) = accumulator.halves(i) {
                 film.layers.halves[pixel] = halves;

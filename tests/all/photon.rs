@@ -162,3 +162,28 @@ fn impossible_settings_are_explained() {
         sandbox.anim("check scene.ron").fails(3, &["scene.ron:1:", said]);
     }
 }
+
+/// The same in a room of six walls, whose corners the disks that photons are looked for in reach beyond.
+#[test]
+fn the_corner_of_a_furnace_is_as_bright_as_its_walls() {
+    let wall = |axis: usize, end: f32| {
+        let (mut low, mut high) = ([-1.1; 3], [1.1; 3]);
+        (low[axis], high[axis]) = (end.min(1.1 * end), end.max(1.1 * end));
+        format!("(aabox: (min: {low:?}, max: {high:?}), material: \"wall\"),").replace('[', "(").replace(']', ")")
+    };
+    let walls: String = (0..6).map(|i| wall(i / 2, if i % 2 == 0 { -1.0 } else { 1.0 })).collect();
+    let scene = format!(
+        r#"(
+        camera: (from: (0.0, 0.1, 0.0), at: (1.0, 1.0, 1.0), fov: 20.0),
+        render: (size: (12, 12), samples: 16, integrator: Photon, max_depth: 40, transfer: Linear,
+            photons: 40000, photon_passes: 4, photon_radius: 0.4),
+        materials: {{ "wall": (model: Lambert, color: (0.8, 0.8, 0.8), emission: (0.08, 0.08, 0.08)) }},
+        entities: [{walls}],
+    )"#
+    );
+    // A quarter of a disk at the corner holds photons: without a look at where walls end it is 0.34.
+    let found = blocks(&picture(&Sandbox::new(), &scene, ""), 2);
+    assert!(found.iter().all(|block| (block[0] - 0.4).abs() < 0.025), "{found:?}");
+    let mean = found.iter().map(|block| block[0]).sum::<f32>() / 4.0;
+    assert!((mean - 0.4).abs() < 0.01, "{mean}");
+}

@@ -37,7 +37,7 @@ use pass::{FeaturePlanes, HalfLight, PassShape, filter};
 use plane::{PaddedPlane, box_weights};
 use select::{Candidate, choose};
 
-use super::Film;
+use super::{CaughtShadow, Film};
 use crate::base::color::luminance;
 
 /// The passes, from fine to coarse.
@@ -62,17 +62,40 @@ const LEFT_VARIANCE: f32 = 0.01;
 /// frame are filtered with so many pixels around them.
 pub const DENOISE_REACH: u32 = 11 + 4 + 3 + 7 + 3 + 9 + 8 + 6;
 
-/// Denoises a film that has its samples in two halves; others stay as they are.
+/// Denoises a film that has its samples in two halves, and shadows that catchers have; others stay as they are.
 pub fn denoise(film: &mut Film) {
     let pixels = std::mem::take(&mut film.layers.halves);
     let size = [film.width as usize, film.height as usize];
     if pixels.len() != film.pixels.len() || pixels.is_empty() || pixels.iter().any(|pixel| pixel.samples < 2.0) {
         return;
     }
-    let albedo = albedo_planes(&pixels, size);
-    let features = feature_planes(&pixels, size);
-    let raw = light_planes(&pixels, &albedo, size);
-    let believed = variance_plane(&pixels, &raw, &albedo, size);
+    film.pixels = filtered(&pixels, size);
+    let caught = &mut film.layers.caught;
+    if caught.len() == pixels.len() {
+        let shadows: Vec<DenoisePixel> =
+            pixels.iter().zip(&*caught).map(|(pixel, shadow)| of_shadow(pixel, shadow)).collect();
+        for (shadow, left) in caught.iter_mut().zip(filtered(&shadows, size)) {
+            shadow.left = left.map(|x| x.clamp(0.0, 1.0));
+        }
+    }
+}
+
+/// A pixel whose colour is the light that shadows leave.
+fn of_shadow(pixel: &DenoisePixel, shadow: &CaughtShadow) -> DenoisePixel {
+    let mut pixel = *pixel;
+    let [a, b] = shadow.halves.map(Vec3::from);
+    for (half, left) in pixel.halves.iter_mut().zip([a, b]) {
+        (half.color, half.albedo) = (left, Vec3::ONE);
+    }
+    DenoisePixel { variance: (a - b) * (a - b) * 0.5, ..pixel }
+}
+
+/// Colours without noise.
+fn filtered(pixels: &[DenoisePixel], size: [usize; 2]) -> Vec<[f32; 3]> {
+    let albedo = albedo_planes(pixels, size);
+    let features = feature_planes(pixels, size);
+    let raw = light_planes(pixels, &albedo, size);
+    let believed = variance_plane(pixels, &raw, &albedo, size);
     let variances = [0, 1].map(|half| in_light(&believed, &albedo[half]));
     let cut = [0, 1].map(|half| without_fireflies(&raw[half], &variances[half]));
     let mut level = [0, 1].map(|half: usize| HalfLight {
@@ -95,14 +118,15 @@ pub fn denoise(film: &mut Film) {
         show(&level);
     }
     let weights = choose(&believed, &guides, &|i| pixels[i].samples < FEWEST_TO_CHOOSE);
-    for (i, pixel) in film.pixels.iter_mut().enumerate() {
+    let color = |i: usize| {
         let mut color = Vec3::ZERO;
         for (output, weight) in outputs.iter().zip(&weights) {
             let at = |k: usize| 0.5 * (output[0][k].at(i) + output[1][k].at(i));
             color += Vec3::new(at(0), at(1), at(2)) * weight.at(i);
         }
-        *pixel = color.to_array();
-    }
+        color.to_array()
+    };
+    (0..pixels.len()).map(color).collect()
 }
 
 /// Albedo of the first hit, half by half.

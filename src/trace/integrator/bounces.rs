@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::photon::PhotonPass;
 use super::{path, photon, whitted};
 use crate::components::{Integrator, Model};
-use crate::trace::counters::Counters;
+use crate::trace::accel::TraversalScratch;
 use crate::trace::material::{HoleCoverage, ShadingParams};
 use crate::trace::primitive::Tag;
 use crate::trace::sampler::{RayNode, SampleSet, power_heuristic};
@@ -14,7 +14,7 @@ use crate::trace::soa::Hit;
 use crate::trace::wavefront::{
     BlinnPhongKernel, ClassifyKernel, Crossing, EmissionFilter, LambertKernel, PathState, RenderContext, ShadingInput,
     ShadowRayQueue, SurfaceInteraction, WavefrontBuffers, Worker, accumulator_slot, first_hit_feature, is_blinn_phong,
-    pass_surfaces, scattered_albedo, trace_shadow_rays,
+    pass_surfaces, scattered_albedo, slot_sample, split_at_catchers, trace_shadow_rays,
 };
 
 /// Bins of shadow rays for lights that are chosen among: those to one light run alike.
@@ -56,13 +56,17 @@ pub fn trace(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBu
 }
 
 fn find(context: RenderContext, samples: SampleSet, buffers: &mut WavefrontBuffers, worker: &mut Worker) {
-    let WavefrontBuffers { wave, hits, .. } = buffers;
+    let WavefrontBuffers { wave, hits, colors, caught, .. } = buffers;
     context.accelerator.closest_all(context.geometry, wave.rays(), &mut worker.traversal, hits);
-    pass_surfaces(context, wave, hits, |sample| *samples.sampler(sample), worker);
+    let sampler = |slot: u32| *samples.sampler(slot_sample(slot));
+    pass_surfaces(context, wave, hits, sampler, worker);
+    if context.catchers {
+        split_at_catchers(context, (wave, hits), sampler, (colors, caught), worker);
+    }
     if let Some(regions) = context.regions {
         let ended = |(i, hit): (usize, Option<Hit>)| {
             let (ray, state) = wave.get(i);
-            (ray, state.sample, hit.map_or(ray.t_max, |hit| hit.t))
+            (ray, slot_sample(state.sample), hit.map_or(ray.t_max, |hit| hit.t))
         };
         worker.footprint.add(regions, hits.iter().enumerate().map(ended));
     }
@@ -83,7 +87,6 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
     // Neighbours are mostly on one primitive, or at least of one material.
     let (mut primitive, mut tag, mut usual) = (u32::MAX, Tag::default(), false);
     let mut known = u32::MAX;
-    let counters = &mut worker.traversal.counters;
     for i in 0..buffers.wave.rays().len() {
         let is = |flags: &[u8]| flags[i / LANES] >> (i % LANES) & 1 == 1;
         if is(&buffers.special) {
@@ -106,10 +109,11 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
         if usual && !noted && !context.textures.is_textured(tag.entity) {
             places.push([i as u32, tag.material]);
         } else {
-            shade_alone(estimator, samples, i, buffers, depth, counters);
+            shade_alone(estimator, samples, i, buffers, depth, &mut worker.traversal);
         }
     }
     let WavefrontBuffers { wave, next, hits, shadows, .. } = &mut *buffers;
+    let counters = &mut worker.traversal.counters;
     let met = ShadingInput { context, wave, hits, places: &places, samples };
     if path {
         context.lanes.run(LambertKernel { met, depth, shadows, next, counters });
@@ -138,7 +142,7 @@ fn arrive(estimator: Estimator, i: usize, buffers: &mut WavefrontBuffers, depth:
         let radiance = if is_left_out { Vec3::ZERO } else { environment(estimator, ray.direction, &state) };
         let light = state.throughput * radiance;
         if context.settings.features && state.scatterings == 0.0 {
-            seen[state.sample as usize].add(state.throughput, radiance, Vec3::ZERO);
+            seen[slot_sample(state.sample) as usize].add(state.throughput, radiance, Vec3::ZERO);
         }
         colors[place as usize] += context.settings.clamps.limited(state.scatterings, light);
     }
@@ -152,13 +156,13 @@ fn shade_alone(
     i: usize,
     buffers: &mut WavefrontBuffers,
     depth: u32,
-    counters: &mut Counters,
+    traversal: &mut TraversalScratch,
 ) {
     let Estimator { context, photons } = estimator;
     let WavefrontBuffers { wave, hits, next, shadows, colors, features, seen, .. } = buffers;
     let Some(hit) = &hits.get(i) else { return };
     let (ray, mut state) = wave.get(i);
-    let (ray, sampler) = (&ray, *samples.sampler(state.sample));
+    let (ray, sampler) = (&ray, *samples.sampler(slot_sample(state.sample)));
     let mut surface = context.geometry.surface_point(ray, hit);
     let mut material = &context.materials[surface.material as usize];
     state.cone = state.cone.at(hit.t);
@@ -194,21 +198,22 @@ fn shade_alone(
     let hit = *hit;
     let met = SurfaceInteraction { direction: ray.direction, state, surface, material, behind, hit, front, sampler };
     if context.settings.features && depth == 1 {
-        features[state.sample as usize] = Some(first_hit_feature(context, &met));
+        features[slot_sample(state.sample) as usize] = Some(first_hit_feature(context, &met));
     }
     if context.settings.features && state.scatterings == 0.0 {
         let albedo = scattered_albedo(material);
         if albedo != Vec3::ZERO {
-            seen[state.sample as usize].add(state.throughput, albedo, met.surface.shading_normal);
+            seen[slot_sample(state.sample) as usize].add(state.throughput, albedo, met.surface.shading_normal);
         }
     }
     if let Some(photons) = photons {
         let color = &mut colors[state.sample as usize];
-        photon::shade(context, photons, &met, depth, photon::PathOutput { color, shadows, next }, counters);
+        photon::shade(context, photons, &met, depth, photon::PathOutput { color, shadows, next }, traversal);
     } else if context.settings.follows_paths() {
-        path::shade(context, &met, depth, shadows, next, counters);
+        path::shade(context, &met, depth, shadows, next, &mut traversal.counters);
     } else {
-        whitted::shade(context, &met, depth == context.settings.max_depth, shadows, next, counters);
+        let last = depth == context.settings.max_depth;
+        whitted::shade(context, &met, last, shadows, next, &mut traversal.counters);
     }
 }
 
@@ -223,8 +228,8 @@ fn split_cover(context: RenderContext, material: &ShadingParams) -> f32 {
 fn environment(estimator: Estimator, direction: Vec3, state: &PathState) -> Vec3 {
     let Estimator { context, photons } = estimator;
     match context.environment {
+        _ if state.pdf == 0.0 => context.surroundings(direction, state.cone),
         None => context.settings.background,
-        Some(sky) if state.pdf == 0.0 => sky.lookup_wide(direction, state.cone),
         Some(sky) => {
             let asked = match photons {
                 Some(photons) if state.emission_filter == EmissionFilter::NonPhoton => photons.non_photon(),

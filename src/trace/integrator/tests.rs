@@ -119,6 +119,7 @@ fn picture(render: &Render, lanes: Width, features: bool) -> (Vec<[f32; 3]>, Cou
         settings: &settings,
         holes: any_has_holes(&materials),
         glass: materials.iter().any(|material| material.is_clear()),
+        catchers: materials.iter().any(|material| material.shadow_catcher),
         lanes,
         filter: &FilterTable::new(Filter::Tent, 2.0),
         width: 20,

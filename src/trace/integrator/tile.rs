@@ -4,7 +4,7 @@ use super::bounces::{Estimator, trace};
 use crate::base::random::combine;
 use crate::film::PixelAccumulator;
 use crate::trace::sampler::{Domain, PixelSample, RayNode, SampleSet, Sampler};
-use crate::trace::wavefront::{BATCH, CameraRayKernel, RenderContext, WavefrontBuffers, Worker};
+use crate::trace::wavefront::{BATCH, CameraRayKernel, RenderContext, WavefrontBuffers, Worker, caught_light};
 
 /// One of the equal parts that the samples of every pixel are divided into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -131,6 +131,10 @@ fn add_batch(estimator: Estimator, batch: &mut SampleBatch, tallies: &mut [Pixel
         for (pass, tally) in tallies.iter_mut().enumerate() {
             tally.add(pixel, buffers.colors[pass * BATCH + i], filter_sample.weight);
         }
+        if let Some(true) = buffers.caught.get(i) {
+            let second = context.settings.is_second_half(&batch.samples[i].1);
+            tallies[0].add_caught(pixel, second, caught_light(&buffers.colors, i), filter_sample.weight);
+        }
         if context.settings.features {
             let (feature, weighted) = (buffers.features[i].as_ref(), (buffers.colors[i], filter_sample.weight));
             tallies[0].add_feature(pixel, feature, filter_sample.off_center, filter_sample.weight);
@@ -148,7 +152,7 @@ fn add_batch(estimator: Estimator, batch: &mut SampleBatch, tallies: &mut [Pixel
 /// Traces samples of pixels, [`BATCH`] at most.
 pub fn trace_batch(estimator: Estimator, samples: &[PixelSample], buffers: &mut WavefrontBuffers, worker: &mut Worker) {
     let Estimator { context, .. } = estimator;
-    buffers.begin(samples.len(), context.light_groups, context.settings.features);
+    buffers.begin(context, samples.len());
     let mut numbers = std::mem::take(&mut buffers.numbers);
     let set = SampleSet::new(samples, &mut numbers);
     context.lanes.run(CameraRayKernel { context, samples: set, buffers });

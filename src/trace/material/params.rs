@@ -63,6 +63,8 @@ pub struct ShadingParams {
     pub absorption: Vec3,
     /// Radiance.
     pub emission: Vec3,
+    /// Whether the camera sees no more of it than shadows.
+    pub shadow_catcher: bool,
     /// Whether what it sends out differs from point to point, so that lights cannot be chosen by it.
     pub uneven_emission: bool,
     /// The light group that its emission is added up in, as that of a lamp.
@@ -111,6 +113,7 @@ impl From<&Material> for ShadingParams {
             },
             absorption: m.absorption.as_vec3(),
             emission: m.emission.as_vec3(),
+            shadow_catcher: m.shadow_catcher,
             uneven_emission: m.emission_map.is_some() || m.has_holes(),
             group: 0,
         }
@@ -200,6 +203,11 @@ impl ShadingParams {
     #[inline]
     pub fn is_clear(&self) -> bool {
         self.model == Model::Dielectric && self.emission == Vec3::ZERO
+    }
+
+    /// Whether it belongs to the scene that shadows are counted against: what catches them, and what sends out light.
+    pub fn stays_without_objects(&self) -> bool {
+        self.shadow_catcher || self.emission != Vec3::ZERO
     }
 
     /// What is left of light after a way inside the body, by Beer's law.

@@ -28,6 +28,8 @@ pub enum Domain {
     Time,
     /// Which part of what a path goes on with it looks for.
     Part,
+    /// How the directions lie in which a surface is looked over that photons are gathered from.
+    Gather,
     /// The point of a light, by its number.
     Light(u32),
     /// Whether a surface that is there in part is, after so many others on the same ray.
@@ -45,6 +47,7 @@ impl Domain {
             Domain::Roulette => 5,
             Domain::Time => 6,
             Domain::Part => 7,
+            Domain::Gather => 8,
             Domain::Light(i) => 16 + u64::from(i),
             Domain::Hole(i) => (1 << 40) + u64::from(i),
         }

@@ -129,6 +129,12 @@ impl Hits {
         self.0.set(i, hit.unwrap_or(Hit { primitive: NOTHING, ..Hit::default() }));
     }
 
+    /// Adds what one more ray met.
+    pub fn push(&mut self, hit: Option<Hit>) {
+        self.0.set_len(self.0.len() + 1);
+        self.set(self.0.len() - 1, hit);
+    }
+
     /// Those of eight rays at most, whose numbers grow; the ones with a bit met something.
     #[inline(always)]
     pub fn set_lanes<L: Wide>(&mut self, numbers: &[u32], found: u32, hits: HitLanes<L>) {

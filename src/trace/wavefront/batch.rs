@@ -4,6 +4,7 @@ use super::context::RenderContext;
 use super::interaction::LEAST_FACING;
 use super::path_state::PathStateLanes;
 use super::ray_queue::RayQueue;
+use super::slots::slot_sample;
 use crate::trace::material::ShadingParams;
 use crate::trace::primitive::{SurfacePoint, SurfacePointLanes};
 use crate::trace::sampler::{SampleLanes, SampleSet};
@@ -69,6 +70,10 @@ impl<'a> ShadingInput<'a> {
         } else {
             (states, ray, hits) = (wave.states().gather(&rays), wave.rays().gather(&rays), self.hits.gather(&rays));
         }
+        let mut samples = lanes_to_bits(states.sample);
+        for sample in &mut samples {
+            *sample = slot_sample(*sample);
+        }
         let direction = ray.direction;
         let points = context.geometry.surface_points(&ray, &hits).facing(direction);
         states.cone.width = states.cone.width + states.cone.spread * hits.t;
@@ -81,7 +86,7 @@ impl<'a> ShadingInput<'a> {
             materials,
             rays,
             albedo: V3::load(&albedo),
-            samples: self.samples.eight(lanes_to_bits(states.sample), states.each_node()),
+            samples: self.samples.eight(samples, states.each_node()),
             states,
             used: (1 << places.len()) - 1,
         }

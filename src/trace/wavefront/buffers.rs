@@ -3,9 +3,11 @@
 use glam::Vec3;
 
 use super::batch::ShadingEntry;
+use super::context::RenderContext;
 use super::path_state::PathStateLanes;
 use super::ray_queue::RayQueue;
-use super::shadow_ray_queue::{BATCH, ShadowRayQueue};
+use super::shadow_ray_queue::ShadowRayQueue;
+use super::slots::BATCH;
 use crate::film::{Feature, SeenFeature};
 use crate::trace::material::texture::RayCone;
 use crate::trace::simd::{LANES, V3, Wide};
@@ -38,7 +40,7 @@ pub struct WavefrontBuffers {
     pub shadows: Vec<ShadowRayQueue>,
     /// Hits that are shaded side by side.
     pub places: Vec<ShadingEntry>,
-    /// Colour of each sample, light group by light group: see [`super::accumulator_slot`].
+    /// Colour of each sample, light group by light group or row by row: see [`super::accumulator_slot`].
     pub colors: Vec<Vec3>,
     /// Numbers of the samples, see `SampleSet`.
     pub numbers: Vec<u32>,
@@ -48,19 +50,24 @@ pub struct WavefrontBuffers {
     pub features: Vec<Option<Feature>>,
     /// What each sample shows through mirrors and clear glass; empty as `features` is.
     pub seen: Vec<SeenFeature>,
+    /// Whether the camera ray of each sample met a shadow catcher; empty where there are none.
+    pub caught: Vec<bool>,
 }
 
 impl WavefrontBuffers {
-    /// Makes room for the colours of so many samples in so many light groups.
-    pub fn begin(&mut self, samples: usize, passes: usize, features: bool) {
+    /// Makes room for the colours of so many samples.
+    pub fn begin(&mut self, context: RenderContext, samples: usize) {
+        let features = context.settings.features;
         self.wave.clear();
         self.filter_samples.clear();
         self.features.clear();
         self.features.resize(if features { samples } else { 0 }, None);
         self.seen.clear();
         self.seen.resize(if features { samples } else { 0 }, SeenFeature::default());
+        self.caught.clear();
+        self.caught.resize(if context.catchers { samples } else { 0 }, false);
         self.colors.clear();
-        self.colors.resize((passes - 1) * BATCH + samples, Vec3::ZERO);
+        self.colors.resize((context.rows() - 1) * BATCH + samples, Vec3::ZERO);
     }
 
     /// Adds the camera rays of the next samples, one for each filter sample.

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::slots::CATCHER_ROWS;
 use crate::components::{Fresnel, Integrator, Render, Shadows};
 use crate::film::FilterTable;
 use crate::trace::accel::Accelerator;
@@ -9,7 +10,7 @@ use crate::trace::camera::CameraRays;
 use crate::trace::light::Lights;
 use crate::trace::light::environment::Environment;
 use crate::trace::material::ShadingParams;
-use crate::trace::material::texture::TextureBindings;
+use crate::trace::material::texture::{RayCone, TextureBindings};
 use crate::trace::primitive::Geometry;
 use crate::trace::reuse::{DirtyRegions, MotionVectors};
 use crate::trace::sampler::Sampler;
@@ -171,6 +172,8 @@ pub struct RenderContext<'a> {
     pub holes: bool,
     /// Whether any material is clear glass, whose bodies may cover each other.
     pub glass: bool,
+    /// Whether any material catches shadows.
+    pub catchers: bool,
     /// Regions that are noted where rays cross them.
     pub regions: Option<DirtyRegions<'a>>,
 }
@@ -217,7 +220,17 @@ impl RenderContext<'_> {
     /// Whether what stops a shadow ray may let some of its light through.
     #[inline(always)]
     pub fn dims_shadow_rays(&self) -> bool {
-        self.settings.transparent_shadows || self.holes
+        self.settings.transparent_shadows || self.holes || self.catchers
+    }
+
+    /// Sums of colours of a sample: one for each light group, or those of shadow catchers.
+    pub fn rows(&self) -> usize {
+        if self.catchers { CATCHER_ROWS } else { self.light_groups }
+    }
+
+    /// What a ray shows that leaves the scene, if nothing else has looked for the same light.
+    pub fn surroundings(&self, direction: Vec3, cone: RayCone) -> Vec3 {
+        self.environment.map_or(self.settings.background, |sky| sky.lookup_wide(direction, cone))
     }
 }
 

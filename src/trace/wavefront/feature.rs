@@ -4,6 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::context::RenderContext;
 use super::interaction::SurfaceInteraction;
+use super::slots::CatcherRow;
 use crate::components::Model;
 use crate::film::Feature;
 use crate::trace::material::ShadingParams;
@@ -20,6 +21,7 @@ pub fn first_hit_feature(context: RenderContext, met: &SurfaceInteraction) -> Fe
         motion: context.motion.map_or(Vec2::ZERO, |motion| motion.motion(context.camera, point, entity)),
         entity,
         material: met.surface.material,
+        catcher: CatcherRow::of(context.catchers, met.state.sample) == CatcherRow::Both,
     }
 }
 

@@ -11,6 +11,7 @@ use super::context::RenderContext;
 use super::medium_stack::{Crossing, MediumStack};
 use super::path_state::PathState;
 use super::ray_queue::RayQueue;
+use super::slots::is_left_out;
 use super::worker::Worker;
 use crate::base::limits;
 use crate::trace::material::texture::RayCone;
@@ -32,14 +33,15 @@ pub fn pass_surfaces(
     sampler: impl Fn(u32) -> Sampler,
     worker: &mut Worker,
 ) {
-    if !context.holes && !context.glass {
+    if !context.holes && !context.glass && !context.catchers {
         return;
     }
     for i in 0..wave.rays().len() {
         let Some(hit) = hits.get(i) else { continue };
         let material = &context.materials[context.geometry.tag(hit.primitive).material as usize];
         let whole = material.coverage == HoleCoverage::Full;
-        if whole && (!material.is_clear() || wave.states().get(i).medium.is_air()) {
+        let state = wave.states().get(i);
+        if whole && (!material.is_clear() || state.medium.is_air()) && !is_left_out(&state, material) {
             continue;
         }
         let (ray, mut state) = wave.get(i);
@@ -58,7 +60,7 @@ fn coverage(context: RenderContext, hit: &Hit) -> HoleCoverage {
 }
 
 /// The first surface along a ray that is there, from the one that it met.
-fn beyond(
+pub fn beyond(
     context: RenderContext,
     ray: &Ray,
     mut hit: Hit,
@@ -71,11 +73,16 @@ fn beyond(
         let material = &context.materials[tag.material as usize];
         let has_holes = material.coverage != HoleCoverage::Full;
         let may_be_covered = material.is_clear() && !state.medium.is_air();
-        if !has_holes && !may_be_covered {
+        let is_left_out = is_left_out(state, material);
+        if !has_holes && !may_be_covered && !is_left_out {
             return Some(hit);
         }
         let surface = context.geometry.surface_point(ray, &hit);
-        let cover = if has_holes { cover(context, ray, &hit, state.cone, &surface) } else { 1.0 };
+        let cover = match is_left_out {
+            true => 0.0,
+            false if has_holes => cover(context, ray, &hit, state.cone, &surface),
+            false => 1.0,
+        };
         // Whether all of it is there needs no chance.
         let is_split = context.settings.splits_holes && material.coverage == HoleCoverage::Partial;
         let is_there = cover >= 1.0 || (cover > 0.0 && (is_split || chance(step) < cover));
@@ -88,7 +95,7 @@ fn beyond(
             // No light is sampled through the surface: the ray alone finds what lies behind.
             state.pdf = 0.0;
             change_medium(context, state, crossing.behind, hit.t);
-        } else if !front {
+        } else if !front && !is_left_out {
             change_medium(context, state, crossing.behind, hit.t);
         }
         let on = onward(ray, &surface);

@@ -13,14 +13,17 @@
 //! | `shaded_hits` | [`ShadedHits`]: what shading asks of either, so that it is written once |
 //! | `path_shading`, `lamp_shading` | that shading: of paths, and of Whitted and distribution pictures |
 //! | `lambert`, `blinn_phong` | the surfaces that are shaded eight at a time |
+//! | `slots` | where the light of samples is added up |
 //! | `shadow_ray_queue`, `shadow_rays` | shadow rays, and what gets through |
 //! | `holes` | surfaces that are not there everywhere, and the rays that go on behind them |
+//! | `catchers` | surfaces that show shadows alone |
 //! | `feature` | what a camera ray meets first, for the film's layers |
 
 mod batch;
 mod blinn_phong;
 mod buffers;
 mod camera_rays;
+mod catchers;
 mod classify;
 mod context;
 mod feature;
@@ -35,12 +38,14 @@ mod ray_queue;
 mod shaded_hits;
 mod shadow_ray_queue;
 mod shadow_rays;
+mod slots;
 mod worker;
 
 pub use batch::ShadingInput;
 pub use blinn_phong::{BlinnPhongKernel, is_blinn_phong};
 pub use buffers::WavefrontBuffers;
 pub use camera_rays::CameraRayKernel;
+pub use catchers::{caught_light, split_at_catchers};
 pub use classify::ClassifyKernel;
 pub use context::{LightSampling, Noise, RenderContext, Settings};
 pub use feature::{first_hit_feature, scattered_albedo};
@@ -53,6 +58,7 @@ pub use path_shading::{BsdfLanes, DirectionSample, SpawnedRays, sample_direct, s
 pub use path_state::{EmissionFilter, PathState};
 pub use ray_queue::RayQueue;
 pub use shaded_hits::ShadedHits;
-pub use shadow_ray_queue::{BATCH, ShadowRayQueue, accumulator_slot};
+pub use shadow_ray_queue::ShadowRayQueue;
 pub use shadow_rays::trace_shadow_rays;
+pub use slots::{BATCH, accumulator_slot, slot_sample};
 pub use worker::Worker;

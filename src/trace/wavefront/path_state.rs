@@ -14,7 +14,7 @@ work_item! {
     PathState, PathStateLanes, PathStates {
         /// Where it is in the tree of rays of its sample.
         node: RayNode,
-        /// Index of its sample in the batch.
+        /// Index of its sample in the batch; where there are shadow catchers, the slot that its light is added to.
         sample: u32,
         /// Factor of its light in the colour of the sample.
         throughput: Vec3,

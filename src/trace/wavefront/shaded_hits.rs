@@ -23,7 +23,7 @@ pub trait ShadedHits<L: Lanes> {
     fn points(&self) -> SurfacePointLanes<L>;
     /// Of the rays; cones are those at the hits.
     fn states(&self) -> PathStateLanes<L>;
-    /// Indices of the samples in the batch.
+    /// Slots of the first light group that light is added to.
     fn samples(&self) -> [u32; LANES];
     /// Albedo of what is diffuse.
     fn diffuse(&self) -> V3<L>;

@@ -3,20 +3,9 @@
 use glam::Vec3;
 
 use super::context::RenderContext;
+use super::slots::accumulator_slot;
 use crate::trace::simd::{LANES, Lanes, V3, lanes_from_bits};
 use crate::trace::soa::{Ray, RayLanes, Rays, work_item};
-
-/// Where the light of a light group is added up for a sample.
-#[inline]
-pub fn accumulator_slot(sample: u32, group: u32) -> u32 {
-    sample + group * BATCH as u32
-}
-
-/// The sample of such a slot.
-#[inline]
-pub fn slot_sample(slot: u32) -> u32 {
-    slot % BATCH as u32
-}
 
 work_item! {
     /// What a shadow ray adds if nothing stands in its way.
@@ -108,6 +97,3 @@ impl ShadowRayQueue {
         self.shadow_rays.clear();
     }
 }
-
-/// Samples that go through the scene together: enough to keep packets full, few enough for the cache.
-pub const BATCH: usize = 2048;

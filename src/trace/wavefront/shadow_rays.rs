@@ -4,7 +4,8 @@ use glam::Vec3;
 
 use super::context::RenderContext;
 use super::holes::missing;
-use super::shadow_ray_queue::{ShadowRay, ShadowRayQueue, slot_sample};
+use super::shadow_ray_queue::{ShadowRay, ShadowRayQueue};
+use super::slots::{CatcherRow, slot_sample};
 use super::worker::Worker;
 use crate::trace::soa::Ray;
 
@@ -24,41 +25,73 @@ pub fn trace_shadow_rays(
     }
     let mut hits = 0;
     if context.settings.transparent_shadows {
-        for (i, ray) in rays.iter().enumerate() {
-            let ShadowRay { slot, contribution } = shadows.get(i);
-            let share = visibility(context, ray, shadows.target(i), slot_sample(slot), worker);
-            hits += u64::from(share == 0.0);
-            colors[slot as usize] += contribution * share;
-        }
+        blocked.clear();
+        blocked.resize(rays.len(), true);
     } else {
         context.accelerator.occluded_all(context.geometry, rays, &mut worker.traversal, blocked);
-        // In the order of the wave, whatever order the rays were traced in.
-        for (i, blocked) in blocked.iter().enumerate() {
-            hits += u64::from(*blocked);
-            if !blocked {
-                let ShadowRay { slot, contribution } = shadows.get(i);
-                colors[slot as usize] += contribution;
-            } else if context.holes {
-                let ShadowRay { slot, contribution } = shadows.get(i);
-                let share = visibility(context, rays.get(i), shadows.target(i), slot_sample(slot), worker);
-                colors[slot as usize] += contribution * share;
-            }
+    }
+    // In the order of the wave, whatever order the rays were traced in.
+    for (i, blocked) in blocked.iter().enumerate() {
+        let ShadowRay { slot, contribution } = shadows.get(i);
+        let mut share = if *blocked { 0.0 } else { 1.0 };
+        if *blocked && context.dims_shadow_rays() {
+            share = dimmed(context, (rays.get(i), shadows.target(i)), (slot, contribution), colors, worker);
+        }
+        hits += u64::from(if context.settings.transparent_shadows { share == 0.0 } else { *blocked });
+        if share > 0.0 {
+            colors[slot as usize] += contribution * share;
         }
     }
     worker.traversal.counters.shadow_hits += hits;
     shadows.clear();
 }
 
+/// Share of light that gets along a ray that something stops; what a catcher sees of it in one of its two scenes alone is
+/// added there.
+fn dimmed(
+    context: RenderContext,
+    (ray, target): (Ray, Vec3),
+    (slot, contribution): (u32, Vec3),
+    colors: &mut [Vec3],
+    worker: &mut Worker,
+) -> f32 {
+    let sample = slot_sample(slot);
+    let mut visible = |leaves_out| visibility(context, ray, target, (sample, leaves_out), worker);
+    let row = CatcherRow::of(context.catchers, slot);
+    if row == CatcherRow::WithoutObjects {
+        return visible(true);
+    }
+    let lets_through = context.settings.transparent_shadows || context.holes;
+    let share = if lets_through { visible(false) } else { 0.0 };
+    if row != CatcherRow::Both || share == 1.0 {
+        return share;
+    }
+    let without = visible(true);
+    if without == share {
+        return share;
+    }
+    colors[CatcherRow::WithObjects.slot(sample) as usize] += contribution * share;
+    colors[CatcherRow::WithoutObjects.slot(sample) as usize] += contribution * without;
+    0.0
+}
+
 /// Share of light that gets along the ray to `target`, dimmed by each transparent surface on its way, and by each that
-/// is not wholly there.
-fn visibility(context: RenderContext, mut ray: Ray, target: Vec3, sample: u32, worker: &mut Worker) -> f32 {
+/// is not wholly there. The second of the pair says whether objects are left out that cast shadows on catchers.
+fn visibility(
+    context: RenderContext,
+    mut ray: Ray,
+    target: Vec3,
+    (sample, leaves_out): (u32, bool),
+    worker: &mut Worker,
+) -> f32 {
     let mut share = 1.0;
     while let Some(hit) = context.accelerator.closest(context.geometry, &ray, &mut worker.traversal) {
         let surface = context.geometry.surface_point(&ray, &hit);
-        let through = if context.settings.transparent_shadows {
-            context.materials[surface.material as usize].transmission
-        } else {
-            0.0
+        let material = &context.materials[surface.material as usize];
+        let through = match context.settings.transparent_shadows {
+            _ if leaves_out && !material.stays_without_objects() => 1.0,
+            true => material.transmission,
+            false => 0.0,
         };
         let missing = missing(context, &ray, &hit, &surface);
         share *= missing + (1.0 - missing) * through;

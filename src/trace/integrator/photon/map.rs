@@ -36,13 +36,13 @@ pub const REACHES: [f32; 3] = [1.0, 2.0, 4.0];
 const ENOUGH: usize = 16;
 
 /// How far off the tangent plane a photon may lie, in radii: what lies beyond is another surface.
-const THICKNESS: f32 = 0.25;
+pub const THICKNESS: f32 = 0.25;
 
 /// Distance from the origin, in radii, where photons are given up: numbers of cells stay whole.
 const FARTHEST: f32 = 1e9;
 
 /// Least cosine between the normals of a photon and of the point that asks: less is another surface, or round a corner.
-const AGREEMENT: f32 = 0.7;
+pub const AGREEMENT: f32 = 0.7;
 
 impl PhotonMap {
     /// `radius` is that of the nearest search; one that is not above 0 makes an empty map.
@@ -73,6 +73,11 @@ impl PhotonMap {
             *slot += 1;
         }
         map
+    }
+
+    /// Of the nearest search; 0 of an empty map.
+    pub fn radius(&self) -> f32 {
+        self.radius
     }
 
     /// Memory that it takes.

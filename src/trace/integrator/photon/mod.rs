@@ -7,10 +7,14 @@
 //! around. From pass to pass the radius of that search shrinks, so that noise and blur of the mean both vanish. Photons
 //! of caustics are spread farther where they are few, by what the first pass has seen.
 //!
+//! Where a surface ends within that radius, the density is that over the part that is there (`domain`), so that corners
+//! and edges are as bright as the middle.
+//!
 //! What sends no photons is left to the paths, which then go on: the sky, and lamps that do not fall off. Photons know
 //! nothing of the camera: they stand still while it moves, and [`PhotonCache`] keeps them.
 
 mod cache;
+mod domain;
 mod map;
 mod pass;
 mod shade;

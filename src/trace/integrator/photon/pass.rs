@@ -6,16 +6,18 @@ use std::sync::atomic::AtomicBool;
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::domain::SurfaceDomain;
 use super::map::{Photon, PhotonMap, REACHES, shrinking, spacing};
 use super::tracer::{StoredPhotons, trace_photons};
 use crate::base::limits;
 use crate::base::random::combine;
+use crate::trace::accel::TraversalScratch;
 use crate::trace::counters::Counters;
+use crate::trace::integrator::path::HitBsdf;
 use crate::trace::light::{Lamp, Lights};
-use crate::trace::material::bsdf::Bsdf;
 use crate::trace::primitive::PrimitiveKind;
-use crate::trace::sampler::Frame;
-use crate::trace::wavefront::{RenderContext, Settings, SurfaceInteraction};
+use crate::trace::sampler::Domain;
+use crate::trace::wavefront::{RenderContext, Settings};
 
 /// Photons that a disk of the first radius holds, where they lie as densely as at the median of them.
 const DIFFUSE_COUNT: f32 = 48.0;
@@ -117,21 +119,48 @@ impl PhotonPass {
     }
 
     /// Light that surfaces have sent to this one, scattered by its diffuse part towards the eye.
-    pub fn gather(&self, met: &SurfaceInteraction, bsdf: &Bsdf, frame: &Frame, wo: Vec3, most_rays: u32) -> Vec3 {
-        let normal = met.surface.geometric_normal;
-        let mut sum = Vec3::ZERO;
-        for map in self.caustic.iter().chain([&self.diffuse]) {
-            map.around(met.surface.point, normal, 1.0, |photon, share| {
-                if photon.rays <= most_rays {
-                    // Power is counted by the true normal, scattering by the smooth one.
-                    let cosine = normal.dot(photon.toward).max(LEAST_COSINE);
-                    let shown = met.surface.terminator(photon.toward);
-                    sum += bsdf.diffuse(wo, frame.to_local(photon.toward)) * photon.power * (share * shown / cosine);
-                }
-            });
+    pub fn gather(
+        &self,
+        context: RenderContext,
+        seen: &HitBsdf,
+        most_rays: u32,
+        traversal: &mut TraversalScratch,
+    ) -> Vec3 {
+        let met = seen.met;
+        let maps = || self.caustic.iter().chain([&self.diffuse]);
+        let sums: Vec<Vec3> = maps().map(|map| light_of(map, seen, most_rays, |_| true)).collect();
+        let whole: Vec3 = sums.iter().sum();
+        if whole == Vec3::ZERO {
+            return whole;
         }
-        sum
+        let reach = maps().zip(&sums).filter(|(_, sum)| **sum != Vec3::ZERO).map(|(map, _)| map.radius());
+        let turn = met.sampler.extra(met.state.node, Domain::Gather);
+        let domain = SurfaceDomain::new(context, met, reach.fold(0.0, f32::max), turn, traversal);
+        if domain.is_whole() {
+            return whole;
+        }
+        let inside = |map: &PhotonMap| {
+            light_of(map, seen, most_rays, |photon| domain.contains(photon.position - met.surface.point))
+                / domain.share(map.radius())
+        };
+        maps().zip(sums).filter(|(_, sum)| *sum != Vec3::ZERO).map(|(map, _)| inside(map)).sum()
     }
+}
+
+/// Light of the photons of a map that count, scattered by the diffuse part of a surface towards the eye.
+fn light_of(map: &PhotonMap, seen: &HitBsdf, most_rays: u32, counts: impl Fn(&Photon) -> bool) -> Vec3 {
+    let HitBsdf { met, bsdf, frame, wo } = seen;
+    let normal = met.surface.geometric_normal;
+    let mut sum = Vec3::ZERO;
+    map.around(met.surface.point, normal, 1.0, |photon, share| {
+        if photon.rays <= most_rays && counts(photon) {
+            // Power is counted by the true normal, scattering by the smooth one.
+            let cosine = normal.dot(photon.toward).max(LEAST_COSINE);
+            let shown = met.surface.terminator(photon.toward);
+            sum += bsdf.diffuse(*wo, frame.to_local(photon.toward)) * photon.power * (share * shown / cosine);
+        }
+    });
+    sum
 }
 
 /// Photons that graze a surface are not trusted to tell their cosine.

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::pass::PhotonPass;
-use crate::trace::counters::Counters;
+use crate::trace::accel::TraversalScratch;
 use crate::trace::integrator::path::{HitBsdf, scatter_one};
 use crate::trace::material::TransportMode;
 use crate::trace::material::bsdf::Bsdf;
@@ -29,7 +29,7 @@ pub fn shade(
     met: &SurfaceInteraction,
     depth: u32,
     sinks: PathOutput,
-    counters: &mut Counters,
+    traversal: &mut TraversalScratch,
 ) {
     let seen = HitBsdf::new(context, met, TransportMode::Radiance);
     let HitBsdf { bsdf, frame, wo, .. } = &seen;
@@ -41,13 +41,13 @@ pub fn shade(
     }
     if all && bsdf.is_diffuse() {
         let most_rays = context.settings.max_depth + 1 - depth;
-        let light = met.state.throughput * photons.gather(met, bsdf, frame, *wo, most_rays);
+        let light = met.state.throughput * photons.gather(context, &seen, most_rays, traversal);
         *sinks.color += context.settings.clamps.limited(met.state.scatterings + 2.0, light);
     }
     if last || !(all || photons.goes_on) {
         return;
     }
-    let Some((ray, mut state)) = scatter_one(context, &seen, depth, counters) else { return };
+    let Some((ray, mut state)) = scatter_one(context, &seen, depth, &mut traversal.counters) else { return };
     if !all {
         state.emission_filter = EmissionFilter::NonPhoton;
     } else if state.pdf > 0.0 && bsdf.is_diffuse() {
