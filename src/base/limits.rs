@@ -62,6 +62,16 @@ pub const CONTACT_PAIRS: usize = 4_000_000;
 pub const CONTACT_FACES: usize = 100_000;
 /// Pairs of faces in one plane that are tested for an overlap: a floor of a thousand tiles.
 pub const CONTACT_TESTS: usize = 500_000;
+/// The same where `check` looks for contacts that rendering leaves out: a minute's work, once.
+pub const CONTACT_FACES_CHECKED: usize = 10_000_000;
+/// The same of pairs.
+pub const CONTACT_TESTS_CHECKED: usize = 50_000_000;
+/// Transparent bodies in each other that a ray knows itself to be in: their materials share 64 bits of it.
+pub const NESTED_BODIES: u32 = 4;
+/// Materials of transparent bodies, by their numbers from 0: what the share of one body in these bits can tell apart.
+pub const BODY_MATERIALS: usize = (1 << (u64::BITS / NESTED_BODIES)) - 1;
+/// Pairs of transparent bodies that `check` compares: some seconds.
+pub const NESTING_TESTS: usize = 100_000_000;
 /// Memory in MiB of what is kept from frame to frame, unless the user says otherwise.
 pub const REUSE_MEMORY: u64 = 1_024;
 /// Memory of the pictures that the preview holds: a minute of small frames, or twenty of 4 k.
@@ -224,5 +234,7 @@ pub const PATH_POINTS: usize = 65_536;
 /// Script variables in scope, functions and modules.
 pub const SCRIPT_ITEMS: usize = 4_096;
 
+/// Letters of one message about a script: a screen of text.
+pub const MESSAGE_LETTERS: usize = 2_000;
 /// Diagnostics shown for one file: past this the first ones have said enough.
 pub const DIAGNOSTICS: usize = 20;

@@ -18,6 +18,7 @@ pub mod html;
 pub mod json;
 mod language;
 mod many_machines;
+mod markdown;
 mod mistakes;
 mod pages;
 pub mod pictures;

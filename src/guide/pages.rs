@@ -1,7 +1,7 @@
 //! The pages: their names, their order and what stands on them.
 
 use super::fields::{blocks as fields_of, entity_records, other_records};
-use super::{Block, CodeKind, GuideEntry, coming_from, language, many_machines, mistakes};
+use super::{Block, CodeKind, GuideEntry, coming_from, language, many_machines, markdown, mistakes};
 use crate::script::{CHAPTERS, Function};
 
 /// A page of the guide.
@@ -32,7 +32,8 @@ pub const PAGES: &[Page] = &[
         blocks: language::blocks,
     },
     Page { name: "formats", title: "Files", summary: "what is read and what is written", blocks: formats },
-    Page { name: "films", title: "Films", summary: "frames become a film", blocks: films },
+    Page { name: "films", title: "Films and sheets", summary: "frames become a film, or one picture", blocks: films },
+    Page { name: "golden", title: "Golden frames", summary: "tests of pictures: anim test", blocks: golden },
     Page {
         name: "farm",
         title: "Many machines",
@@ -316,7 +317,15 @@ fn formats() -> Vec<Block> {
               shows is a warning. anim model.glb shows a file by itself, anim convert model.glb -o scene.ron writes a scene \
               around it to edit.",
         ),
-        text("An AFF file (the animated scenes of BART) is a sequence: its own number of frames, or -D frames=N."),
+        text(
+            "An AFF file (the animated scenes of BART) is a sequence: its own number of frames, or -D frames=N. `anim plan` \
+              prints its measures of animated ray tracing.",
+        ),
+        text(
+            "Files of a sequence are chosen by number: mesh: (file: \"cache.####.obj\", frame: 12.5) stands between two files, \
+              color_map: (image: \"footage.####.png\", frame: 12) shows the nearest. A script writes \
+              s.get(\"sea\").mesh.frame = 1 + f.seconds * 24.",
+        ),
         text(
             "What is far from the origin is traced as exactly as what is near: frames count from an origin near the camera, and \
               meshes of files from one near their first vertex. Up to 1e9 units away is room; beyond that is an error.",
@@ -333,11 +342,9 @@ fn formats() -> Vec<Block> {
 }
 
 fn films() -> Vec<Block> {
-    vec![
-        text(
-            "Frames are pictures with numbers: frames/show/show.0001.png and on. Any tool that takes such names makes a film of \
-              them; `fps` of `animation` says how fast it is to run.",
-        ),
-        code(CodeKind::Command, "anim show.rhai"),
-    ]
+    markdown::blocks(include_str!("pages/films.md"))
+}
+
+fn golden() -> Vec<Block> {
+    markdown::blocks(include_str!("pages/golden.md"))
 }

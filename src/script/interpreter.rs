@@ -300,7 +300,9 @@ impl Interpreter {
             scope.push_dynamic(*name, value.clone());
         }
         let count = arguments.len();
-        let alone = self.ast.clone_functions_only_filtered(|_, _, _, name, params| name == function && params == count);
+        // Not `clone_functions_only_filtered`: with rhai 1.27 it keeps all functions, and their bodies would run in a row.
+        let mut alone = self.ast.clone_functions_only();
+        alone.retain_functions(|_, _, name, params| name == function && params == count);
         let mut body: Vec<Stmt> = Vec::new();
         alone.walk(&mut |path: &[ASTNode]| {
             if let [ASTNode::Stmt(statement)] = path {

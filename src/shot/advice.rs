@@ -1,15 +1,18 @@
 //! What can be rendered and is most likely not what was meant: warnings of `anim check`.
 
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::Shot;
 use super::fingerprint::Fingerprint;
+use super::glass;
 use super::linked_tags as links;
+use super::placements::{Placements, shapes_of};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
+use crate::base::limits;
 use crate::components::shapes::world_bounds;
-use crate::components::transform::world_placement;
 use crate::components::*;
+use crate::systems;
 
 /// Frames whose scenes are looked at, spread over the sequence: the first and the last are among them.
 const LOOKED_AT: usize = 24;
@@ -44,7 +47,12 @@ pub fn advice(shot: &mut Shot, fingerprints: &[Fingerprint]) -> Diagnostics {
     if let Some(unseen) = unseen(shot, &scenes, count) {
         found.push(unseen);
     }
+    found.0.extend(left_out_contacts(shot));
     if let Some((first, scene)) = scenes.first() {
+        for mut warning in glass::beyond_what_rays_know(scene) {
+            shot.input.find_place(&mut warning, *first);
+            found.push(warning);
+        }
         for (field, message) in idle_camera_fields(&scene.camera) {
             let subject = Subject { part: ScenePart::Camera, component: None, field: Some(field) };
             let mut warning = Diagnostic::warning(message).about(subject);
@@ -80,6 +88,33 @@ fn at_script(shot: &Shot, warning: Diagnostic) -> Diagnostic {
         Some(crate::base::diagnostics::Place::file(path.to_string_lossy().as_ref()))
     });
     Diagnostic { place, ..warning }
+}
+
+/// A warning about bodies of the first frame that touch others and are not set apart from them.
+fn left_out_contacts(shot: &mut Shot) -> Option<Diagnostic> {
+    let edits = shot.input.edits(1).ok()?;
+    let place = |stage: &mut systems::Stage| {
+        systems::update_hierarchy(stage)?;
+        Ok(systems::contacts_left_out(stage))
+    };
+    let left_out = shot.input.with_frame(&mut shot.stage, 1, edits, place).ok()?;
+    let one = *left_out.first()?;
+    let scene = shot.scene_of(1).ok()?;
+    let label = |index: &usize| scene.entities.get(*index).map_or_else(String::new, |desc| desc.label(*index));
+    let names: Vec<String> = left_out.iter().take(NAMED).map(label).collect();
+    let more = if left_out.len() > NAMED { format!(" and {} more", left_out.len() - NAMED) } else { String::new() };
+    let verb = if left_out.len() == 1 { "touches" } else { "touch" };
+    let message = format!(
+        "{}{more} {verb} other bodies and may flicker there: among more than {} flat faces, or {} pairs of them in one \
+         plane, contacts are not looked for",
+        names.join(", "),
+        limits::CONTACT_FACES,
+        limits::CONTACT_TESTS
+    );
+    let help = "leave a small gap between them, or let one reach into the other";
+    let mut warning = Diagnostic::warning(message).help(help).about(ScenePart::Entity(one));
+    shot.input.find_place(&mut warning, 1);
+    Some(warning)
 }
 
 /// Whether nothing in the scene sends light to what is in it, though there is something.
@@ -241,10 +276,6 @@ fn idle_camera_fields(camera: &Camera) -> Vec<(&'static str, String)> {
     idle.into_iter().filter(|(_, is_idle, _)| *is_idle).map(said).collect()
 }
 
-fn shapes_of(desc: &EntityDesc) -> impl Iterator<Item = &dyn Shape> {
-    Kind::ALL.iter().filter_map(|kind| desc.get(*kind)?.shape())
-}
-
 /// Whether the material of an entity emits light.
 fn shines(scene: &Scene, desc: &EntityDesc) -> bool {
     let worn = desc.get(Kind::MaterialName).and_then(MaterialName::of);
@@ -331,38 +362,5 @@ impl View {
             let nearest = (min * *normal).max(max * *normal).element_sum();
             nearest - least < -4.0 * self.lens_radius
         })
-    }
-}
-
-/// Where the entities of a scene stand at the time 0 of the shutter.
-struct Placements<'a> {
-    scene: &'a Scene,
-    by_name: FxHashMap<&'a str, usize>,
-}
-
-impl<'a> Placements<'a> {
-    fn new(scene: &'a Scene) -> Self {
-        let named = |(index, desc): (usize, &'a EntityDesc)| desc.name.as_deref().map(|name| (name, index));
-        Placements { scene, by_name: scene.entities.iter().enumerate().filter_map(named).collect() }
-    }
-
-    /// The camera, where the entity is that carries it, if one does.
-    fn camera(&self) -> Camera {
-        let camera = self.scene.camera.clone();
-        let carrier = camera.entity.as_deref().and_then(|name| self.by_name.get(name));
-        let Some(index) = carrier else { return camera };
-        let viewpoint = self.scene.entities[*index].get(Kind::Viewpoint).and_then(Viewpoint::of);
-        camera.carried(&self.of(*index), viewpoint)
-    }
-
-    fn of(&self, index: usize) -> DAffine3 {
-        let entities = &self.scene.entities;
-        world_placement(
-            index,
-            |index| entities[index].get(Kind::Transform).and_then(Transform::of),
-            |index| entities[index].get(Kind::Motion).and_then(Motion::of),
-            |name| self.by_name.get(name).copied(),
-            0.0,
-        )
     }
 }

@@ -122,6 +122,38 @@ impl MeshData {
     /// Stands for missing texture coordinates; a number, so that equal meshes are equal.
     pub const NO_UV: Vec2 = Vec2::INFINITY;
 
+    /// Whether the triangles enclose an inside: every edge is run along once each way. Vertices in one place count as one.
+    pub fn encloses(&self) -> bool {
+        let place = |i: u32| self.vertices[i as usize].to_array().map(|x| (x + 0.0).to_bits());
+        let mut open: FxHashMap<([u32; 3], [u32; 3]), i32> = FxHashMap::default();
+        for [a, b, c] in self.triangles.iter().map(|triangle| triangle.map(place)) {
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                if from < to {
+                    *open.entry((from, to)).or_default() += 1;
+                } else {
+                    *open.entry((to, from)).or_default() -= 1;
+                }
+            }
+        }
+        open.values().all(|runs| *runs == 0)
+    }
+
+    /// Whether a point of local space is in what the triangles enclose: a line out of it goes through an odd number of
+    /// them.
+    pub fn holds(&self, point: DVec3) -> bool {
+        // No edge of what people build runs along it.
+        let way = DVec3::new(0.294_117, 0.871_331, 0.392_711);
+        let from = point - self.origin;
+        let is_met = |triangle: &&[u32; 3]| {
+            let [a, b, c] = triangle.map(|i| self.vertices[i as usize].as_dvec3() - from);
+            let sides = [a.cross(b).dot(way), b.cross(c).dot(way), c.cross(a).dot(way)];
+            let is_through = sides.iter().all(|side| *side > 0.0) || sides.iter().all(|side| *side < 0.0);
+            let normal = (b - a).cross(c - a);
+            is_through && normal.dot(a) * normal.dot(way) > 0.0
+        };
+        self.triangles.iter().filter(is_met).count() % 2 == 1 && self.encloses()
+    }
+
     /// A mesh without texture coordinates and colours. `vertices` and `normals` (as many, unit, or none) are in the
     /// space of the mesh; triangles name three vertices each, counter-clockwise as seen from the front.
     pub fn new(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>, normals: Vec<Vec3>) -> Self {

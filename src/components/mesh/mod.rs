@@ -252,6 +252,9 @@ impl Shape for Mesh {
         let farthest = self.data.boxes().iter().map(of_box).fold(f64::NEG_INFINITY, f64::max);
         farthest + self.data.origin.dot(direction)
     }
+    fn holds(&self, point: DVec3) -> bool {
+        self.pieces().iter().any(|piece| piece.data.holds(point))
+    }
     fn primitive_count(&self) -> usize {
         self.data.triangles.len()
     }
