@@ -20,6 +20,8 @@ mod farm;
 mod film;
 #[path = "all/films.rs"]
 mod films;
+#[path = "all/fog.rs"]
+mod fog;
 #[path = "all/geometry.rs"]
 mod geometry;
 #[path = "all/gltf.rs"]
@@ -75,3 +77,5 @@ mod trust;
 mod vectors;
 #[path = "all/version.rs"]
 mod version;
+#[path = "all/visibility.rs"]
+mod visibility;

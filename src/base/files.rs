@@ -84,6 +84,13 @@ fn plain(error: &std::io::Error) -> String {
     text[..end].to_lowercase()
 }
 
+/// A file's name with a number in place of its last run of `#`, with as many digits at least.
+pub fn numbered(name: &str, number: u64) -> String {
+    let Some(end) = name.rfind('#').map(|i| i + 1) else { return name.to_string() };
+    let start = name[..end].trim_end_matches('#').len();
+    format!("{}{number:0width$}{}", &name[..start], &name[end..], width = end - start)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -118,5 +125,12 @@ mod tests {
                 assert!(read_bytes(Path::new(device), 9).unwrap_err().message.contains("not a file"), "{device}");
             }
         }
+    }
+
+    #[test]
+    fn numbers_take_the_place_of_hashes() {
+        assert_eq!(numbered("a.####.obj", 12), "a.0012.obj");
+        assert_eq!(numbered("a#1/b_##.ply", 123), "a#1/b_123.ply");
+        assert_eq!(numbered("plain.obj", 7), "plain.obj");
     }
 }

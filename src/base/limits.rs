@@ -62,6 +62,16 @@ pub const CONTACT_PAIRS: usize = 4_000_000;
 pub const CONTACT_FACES: usize = 100_000;
 /// Pairs of faces in one plane that are tested for an overlap: a floor of a thousand tiles.
 pub const CONTACT_TESTS: usize = 500_000;
+/// The same where `check` looks for contacts that rendering leaves out: a minute's work, once.
+pub const CONTACT_FACES_CHECKED: usize = 10_000_000;
+/// The same of pairs.
+pub const CONTACT_TESTS_CHECKED: usize = 50_000_000;
+/// Transparent bodies in each other that a ray knows itself to be in: their materials share 64 bits of it.
+pub const NESTED_BODIES: u32 = 4;
+/// Materials of transparent bodies, by their numbers from 0: what the share of one body in these bits can tell apart.
+pub const BODY_MATERIALS: usize = (1 << (u64::BITS / NESTED_BODIES)) - 1;
+/// Pairs of transparent bodies that `check` compares: some seconds.
+pub const NESTING_TESTS: usize = 100_000_000;
 /// Memory in MiB of what is kept from frame to frame, unless the user says otherwise.
 pub const REUSE_MEMORY: u64 = 1_024;
 /// Memory of the pictures that the preview holds: a minute of small frames, or twenty of 4 k.
@@ -121,6 +131,12 @@ pub const CLAIM_PATIENCE_SECONDS: u64 = 60;
 pub const CLAIM_TAKEOVERS: u32 = 100;
 /// Worker threads.
 pub const THREADS: usize = 1_024;
+
+/// Different links of lights to bodies in a frame: each body has a bit for each.
+pub const LIGHT_LINKS: usize = 64;
+
+/// Different sets of bodies that throw shadows in a frame: each has an accelerator of its own.
+pub const SHADOW_SETS: usize = 16;
 
 /// Entities of a scene, spawned ones included.
 pub const ENTITIES: usize = 16_000_000;
@@ -207,6 +223,8 @@ pub const SCRIPT_MAP: usize = 32_768;
 pub const DATA_FILE_BYTES: u64 = 64 << 20;
 /// States of one simulation together: a thousand balls over ten thousand steps.
 pub const SIMULATION_BYTES: usize = 256 << 20;
+/// States of simulations that are kept beside the frames of a folder: they only spare time, and must not crowd it.
+pub const CHECKPOINT_BYTES: u64 = 64 << 20;
 /// Steps of a simulation from one frame to the next.
 pub const STEPS_PER_FRAME: u32 = 1_000;
 /// Distinct lines that are kept of what a script prints: more are noise, and each takes memory.
@@ -216,5 +234,7 @@ pub const PATH_POINTS: usize = 65_536;
 /// Script variables in scope, functions and modules.
 pub const SCRIPT_ITEMS: usize = 4_096;
 
+/// Letters of one message about a script: a screen of text.
+pub const MESSAGE_LETTERS: usize = 2_000;
 /// Diagnostics shown for one file: past this the first ones have said enough.
 pub const DIAGNOSTICS: usize = 20;

@@ -13,6 +13,7 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::diagnostics::{Cause, Diagnostic};
+use super::digest::Digest;
 
 /// What a file is read as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -71,6 +72,17 @@ pub struct Project {
     /// The folders above without links, in the same order, the root first.
     resolved: OnceLock<Vec<PathBuf>>,
     files: Arc<Mutex<BTreeMap<PathBuf, FileRole>>>,
+    /// Of texts and data that scripts have read: what was in them then.
+    read: Arc<Mutex<BTreeMap<PathBuf, ReadFile>>>,
+}
+
+/// What a file held when a script read it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ReadFile {
+    /// As what it was read.
+    pub role: FileRole,
+    /// Of its text or bytes; that of nothing where it could not be read.
+    pub content: Digest,
 }
 
 impl Project {
@@ -116,7 +128,8 @@ impl Project {
     /// The same with one more folder that may be read; what is looked for in either is one list.
     pub fn and(&self, folder: &Path) -> Project {
         let allowed = self.allowed.iter().cloned().chain([folder.to_path_buf()]).collect();
-        Project { root: self.root.clone(), allowed, resolved: OnceLock::new(), files: self.files.clone() }
+        let (files, read) = (self.files.clone(), self.read.clone());
+        Project { root: self.root.clone(), allowed, resolved: OnceLock::new(), files, read }
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, BTreeMap<PathBuf, FileRole>> {
@@ -132,6 +145,18 @@ impl Project {
             // What a digest depends on counts as data until somebody says more.
             *known = role;
         }
+    }
+
+    /// Remembers what was in a file that a script has read, the first time.
+    pub fn note_content(&self, path: &Path, role: FileRole, content: &[u8]) {
+        let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
+        read.entry(tidy(path)).or_insert(ReadFile { role, content: Digest::of(content) });
+    }
+
+    /// What scripts have read, and what was in it.
+    pub fn contents(&self) -> Vec<(PathBuf, ReadFile)> {
+        let read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
+        read.iter().map(|(path, file)| (path.clone(), *file)).collect()
     }
 
     /// How many files and folders were looked for.

@@ -100,7 +100,13 @@ const MEANINGS: &[Synonym] = &[
     meaning(&["materiallibrary", "mats", "shaders"], &["materials"], ""),
     meaning(&["settings", "options", "output", "film", "globalsettings", "renderer"], &["render", "integrator"], ""),
     meaning(&["cam", "view", "viewer"], &["camera"], ""),
-    meaning(&["hidden", "hide", "show", "enabled", "active"], &["visible"], ""),
+    meaning(&["hidden", "hide", "show", "enabled", "active", "visibility"], &["visible"], ""),
+    meaning(&["castshadow", "castshadows", "castsshadows", "noshadow", "shadows"], &["shadow", "visible"], ""),
+    meaning(&["reflections", "indirect", "glossy", "refraction", "scattered"], &["reflection"], "true or false"),
+    meaning(&["lightlinking", "lightset", "lightgroup", "illuminates"], &["light_link"], ""),
+    meaning(&["shadowlinking", "shadowset", "casters", "blockers"], &["shadow_link"], ""),
+    meaning(&["include", "only", "receivers", "lit"], &["includes"], "a list of tags"),
+    meaning(&["exclude", "except", "without", "ignore"], &["excludes"], "a list of tags"),
     // Light.
     meaning(
         &["lightsource", "pointlamp", "bulb", "omni", "omnilight", "pointlightsource", "light", "lamp", "lights"],
@@ -126,6 +132,9 @@ const MEANINGS: &[Synonym] = &[
     ),
     meaning(&["kelvin", "colortemperature", "cct", "blackbody"], &["temperature"], "kelvin"),
     meaning(&["decay", "distancefalloff", "fadepower", "fadedistance", "attenuation"], &["falloff", "absorption"], ""),
+    meaning(&["mist", "haze", "volume", "volumetric", "atmosphere", "medium", "media"], &["fog"], ""),
+    meaning(&["extinction", "sigmat"], &["density"], "lost per world unit"),
+    meaning(&["asymmetry", "phase", "phasefunction", "eccentricity"], &["anisotropy"], "from -0.95 to 0.95"),
     // Materials.
     meaning(
         &[

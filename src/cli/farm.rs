@@ -181,11 +181,15 @@ pub fn run(arguments: &FarmArguments) -> Result<Exit, Diagnostics> {
             told(&to, &job, &format!("bash {}", to.display()))
         }
         FarmEngine::Openjd(arguments) => {
-            let job = job(&arguments.job)?;
+            let mut job = job(&arguments.job)?;
             let system = match arguments.system {
                 SystemArgument::Linux => WorkerSystem::Linux,
                 SystemArgument::Windows => WorkerSystem::Windows,
             };
+            // The path of this program says nothing on machines of the other system.
+            if arguments.job.anim.is_none() && cfg!(windows) != (system == WorkerSystem::Windows) {
+                job.anim = "anim".into();
+            }
             let to = arguments.job.to.clone().filter(|to| to != Path::new("-")).unwrap_or_default();
             let folder = absolute(&output::folder_of(&to).to_string_lossy());
             let options =

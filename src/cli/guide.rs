@@ -8,7 +8,7 @@ use clap::CommandFactory;
 
 use super::{Arguments, Exit, print, stdout_is_terminal, usage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, suggestion};
-use crate::guide::{self, definitions, html, json, text};
+use crate::guide::{self, definitions, html, json, pictures, text};
 use crate::output::write_atomic;
 
 #[derive(clap::Args)]
@@ -23,6 +23,9 @@ pub struct GuideArguments {
     /// Write all pages as a site into a folder
     #[arg(long, value_name = "FOLDER", conflicts_with = "page")]
     html: Option<PathBuf>,
+    /// Write the pages of the site alone, without their small pictures
+    #[arg(long, requires = "html")]
+    no_pictures: bool,
     /// All pages, or the one that is named, as JSON
     #[arg(long)]
     json: bool,
@@ -51,11 +54,16 @@ pub struct ManArguments {
 
 pub fn run(arguments: &GuideArguments) -> Result<Exit, Diagnostics> {
     if let Some(folder) = &arguments.html {
-        let files = html::files();
+        let files = html::files(!arguments.no_pictures);
         for (name, text) in &files {
             write_atomic(&folder.join(name), text.as_bytes())?;
         }
-        print(&format!("{}: {} files\n", folder.join("index.html").display(), files.len()));
+        let pictures = if arguments.no_pictures { Vec::new() } else { pictures::pictures() };
+        for picture in &pictures {
+            write_atomic(&folder.join(picture.file()), &picture.encode()?)?;
+        }
+        let count = files.len() + pictures.len();
+        print(&format!("{}: {count} files\n", folder.join("index.html").display()));
         return Ok(Exit::Done);
     }
     if let Some(folder) = &arguments.definitions {

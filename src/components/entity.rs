@@ -27,6 +27,10 @@ pub enum Role {
     Deformation,
     /// It is a light without a surface.
     Light,
+    /// It decides which rays meet the surfaces and lights of the entity.
+    Visibility,
+    /// It decides what the lights of the entity light, and whose shadows they throw.
+    Linking,
     /// It decides what a camera sees that the entity carries.
     View,
     /// It is a file that other entities come from.
@@ -167,6 +171,9 @@ macro_rules! every_kind {
             area_light: AreaLight is Light,
             spot_light: SpotLight is Light,
             directional_light: DirectionalLight is Light,
+            visible: Visible is Visibility,
+            light_link: LightLink is Linking,
+            shadow_link: ShadowLink is Linking,
             viewpoint: Viewpoint is View,
         }
     };

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::daylight::Daylight;
 use super::film::{Aov, Filter, ToneMap};
+use super::fog::Fog;
 use super::record::ranges::{above, at_least, between, color, coordinate, whole};
 use super::record::{Check, Invalid, choice, record};
 use super::value::Text;
@@ -177,6 +178,8 @@ record! {
         pub sky: Option<[DVec3; 3]> = None,
         /// The sky of a clear day with the sun in it, where there is no `environment`: `(sun: (1, 2, 1), turbidity: 2.5)`.
         pub daylight: Option<Box<Daylight>> = None,
+        /// Fog in the air: `(density: 0.1, color: (0.8, 0.8, 0.8))`.
+        pub fog: Option<Box<Fog>> = None,
 
         /// Moments that a frame is made of while the camera's shutter is open, evenly spread over it, each for its share
         /// of every pixel's samples; never more than samples. One moment is the middle of the shutter. Where there are
@@ -345,6 +348,9 @@ impl Check for Render {
         self.sky.iter().flatten().try_for_each(|c| color("sky", *c))?;
         if let Some(Err(invalid)) = self.daylight.as_ref().map(|daylight| daylight.check()) {
             return Err(Invalid { field: "daylight", ..invalid });
+        }
+        if let Some(Err(invalid)) = self.fog.as_ref().map(|fog| fog.check()) {
+            return Err(Invalid { field: "fog", ..invalid });
         }
         self.check_film()
     }

@@ -30,6 +30,9 @@ pub trait Shape {
     /// length. It may be larger than that, for shapes whose points are many.
     fn support(&self, direction: DVec3) -> f64;
 
+    /// Whether it encloses a point of local space; nothing does that has no inside.
+    fn holds(&self, point: DVec3) -> bool;
+
     /// How many primitives rays are tested against.
     fn primitive_count(&self) -> usize {
         1
@@ -62,6 +65,14 @@ fn support_of_disks(ends: [(DVec3, f64); 2], direction: DVec3) -> f64 {
     ends.into_iter().map(support).fold(f64::NEG_INFINITY, f64::max)
 }
 
+/// Whether a point lies in the frustum between two disks across the line between their centres.
+fn is_between_disks([base, apex]: [(DVec3, f64); 2], point: DVec3) -> bool {
+    let axis = apex.0 - base.0;
+    let t = (point - base.0).dot(axis) / axis.length_squared();
+    let radius = base.1.abs() + t * (apex.1.abs() - base.1.abs());
+    t > 0.0 && t < 1.0 && point.distance(base.0 + axis * t) < radius
+}
+
 record! {
     /// A sphere.
     ///
@@ -85,6 +96,9 @@ impl Check for Sphere {
 impl Shape for Sphere {
     fn support(&self, direction: DVec3) -> f64 {
         self.center.dot(direction) + self.radius.abs() * direction.length()
+    }
+    fn holds(&self, point: DVec3) -> bool {
+        self.center.distance(point) < self.radius.abs()
     }
 }
 
@@ -117,6 +131,9 @@ impl Shape for Triangle {
     fn support(&self, direction: DVec3) -> f64 {
         self.vertices.iter().map(|v| v.dot(direction)).fold(f64::NEG_INFINITY, f64::max)
     }
+    fn holds(&self, _: DVec3) -> bool {
+        false
+    }
 }
 
 record! {
@@ -145,6 +162,9 @@ impl Shape for Plane {
     }
     fn support(&self, _: DVec3) -> f64 {
         f64::INFINITY
+    }
+    fn holds(&self, _: DVec3) -> bool {
+        false
     }
 }
 
@@ -177,6 +197,9 @@ impl Shape for AABox {
     fn support(&self, direction: DVec3) -> f64 {
         support_of_box([self.min.min(self.max), self.max.max(self.min)], direction)
     }
+    fn holds(&self, point: DVec3) -> bool {
+        point.cmpgt(self.min).all() && point.cmplt(self.max).all()
+    }
 }
 
 record! {
@@ -205,6 +228,9 @@ impl Check for Cylinder {
 impl Shape for Cylinder {
     fn support(&self, direction: DVec3) -> f64 {
         support_of_disks([(self.base, self.radius), (self.apex, self.radius)], direction)
+    }
+    fn holds(&self, point: DVec3) -> bool {
+        self.capped && is_between_disks([(self.base, self.radius), (self.apex, self.radius)], point)
     }
 }
 
@@ -256,5 +282,31 @@ impl Check for Cone {
 impl Shape for Cone {
     fn support(&self, direction: DVec3) -> f64 {
         support_of_disks([(self.base, self.base_radius), (self.apex, self.apex_radius)], direction)
+    }
+    fn holds(&self, point: DVec3) -> bool {
+        self.capped && is_between_disks([(self.base, self.base_radius), (self.apex, self.apex_radius)], point)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points inside and outside of each shape.
+    #[test]
+    fn shapes_hold_what_is_inside_of_them() {
+        let cone = Cone { base_radius: 2.0, apex_radius: 1.0, apex: DVec3::Y * 2.0, ..Cone::default() };
+        let open = Cylinder { capped: false, ..Cylinder::default() };
+        let shapes: [(&dyn Shape, DVec3, DVec3); 4] = [
+            (&Sphere { center: DVec3::X, radius: -2.0 }, DVec3::new(2.9, 0.0, 0.0), DVec3::new(-1.1, 0.0, 0.0)),
+            (&AABox::default(), DVec3::splat(0.49), DVec3::new(0.0, 0.51, 0.0)),
+            (&Cylinder::default(), DVec3::new(0.49, 0.5, 0.0), DVec3::new(0.4, 0.5, 0.4)),
+            (&cone, DVec3::new(1.4, 1.0, 0.0), DVec3::new(1.6, 1.0, 0.0)),
+        ];
+        for (number, (shape, inside, outside)) in shapes.into_iter().enumerate() {
+            assert_eq!([inside, outside].map(|point| shape.holds(point)), [true, false], "{number}");
+        }
+        let enclosing_nothing: [&dyn Shape; 3] = [&open, &Triangle::default(), &Plane::default()];
+        assert!(enclosing_nothing.iter().all(|shape| !shape.holds(DVec3::new(0.1, 0.1, 0.0))));
     }
 }

@@ -4,9 +4,10 @@ use glam::DVec3;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::ImagePlane;
-use super::record::ranges::{above, at_least, color, coordinate, position, whole};
+use super::record::ranges::{above, at_least, between, color, coordinate, position, whole};
 use super::record::{Check, Invalid, choice, map_of, record, set_from_map};
 use super::value::{FieldValue, Mismatch, Text, Value};
+use crate::base::files::numbered;
 use crate::base::limits;
 
 choice! {
@@ -96,9 +97,11 @@ record! {
     /// A point with coordinates p (u, v; or x, y, z in a solid) shows what the texture has at
     /// `rotate(p * scale, rotation) + offset`. Pictures cover 0..1 by 0..1, v from the bottom row up.
     pub struct Texture {
-        /// Image file (PNG, JPEG, HDR), relative to the scene; of its alpha only `channel` speaks. Either this or
-        /// `pattern`.
+        /// Image file (PNG, JPEG, WebP, TGA, BMP, PNM, HDR, EXR), relative to the scene; of its alpha only `channel`
+        /// speaks; `####` in its name stands for `frame`. Either this or `pattern`.
         pub image: Option<Text> = None,
+        /// Number of the image, where its name has `##` or more of these; the nearest whole number, 1 if not given.
+        pub frame: Option<f64> = None,
         /// A procedural texture; either this or `image`.
         pub pattern: Option<Pattern> = None,
         /// Colours of the pattern, linear, two or more (`Checker`: two).
@@ -156,6 +159,17 @@ impl Texture {
         })
     }
 
+    /// The file of its image, with the number of the frame where a sequence of files is named. (A single `#` is a part of
+    /// a name, as of an image inside of a glTF file.)
+    pub fn file(&self) -> Option<Text> {
+        let image = self.image.as_ref()?;
+        if !image.contains("##") {
+            return Some(image.clone());
+        }
+        let number = self.frame.unwrap_or(1.0).max(0.0).round();
+        Some(numbered(image, number as u64).into())
+    }
+
     /// What is read of its image; `coloured` says whether `Auto` stands for the sRGB curve here.
     pub fn plane(&self, coloured: bool) -> ImagePlane {
         match (self.channel, self.encoding) {
@@ -192,6 +206,12 @@ impl Check for Texture {
             return fail("scale", "`scale` must not be 0 on any axis");
         }
         whole("uv_set", self.uv_set.into(), 0, 1)?;
+        if let Some(frame) = self.frame {
+            between("frame", frame, 0.0, 1e9)?;
+            if !self.image.as_ref().is_some_and(|image| image.contains("##")) {
+                return fail("frame", "`frame` is for an `image` whose name has `####` for its number");
+            }
+        }
         if self.channel == Channel::Alpha && self.image.is_none() {
             return fail("channel", "only an `image` has an alpha channel");
         }
@@ -294,6 +314,20 @@ mod tests {
         assert_eq!(field(&Texture { octaves: 0, ..pattern.clone() }), "octaves");
         assert_eq!(field(&Texture { colors: vec![DVec3::ONE], ..pattern.clone() }), "colors");
         assert_eq!(field(&Texture { depth: Some(f64::NAN), ..pattern }), "depth");
+    }
+
+    #[test]
+    fn a_frame_is_a_number_in_a_files_name() {
+        let image = |name: &str, frame| Texture { image: Some(name.into()), frame, ..Texture::default() };
+        let file = |name: &str, frame| image(name, frame).file().unwrap().to_string();
+        assert_eq!(file("a.####.png", Some(12.4)), "a.0012.png");
+        assert_eq!(
+            (file("a.##.png", None), file("a.glb#images/3", None)),
+            ("a.01.png".into(), "a.glb#images/3".into())
+        );
+        assert_eq!(image("a.png", Some(2.0)).check().unwrap_err().field, "frame");
+        assert_eq!(image("a.##.png", Some(-1.0)).check().unwrap_err().field, "frame");
+        assert!(image("a.##.png", Some(2.0)).check().is_ok());
     }
 
     #[test]

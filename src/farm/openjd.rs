@@ -202,17 +202,22 @@ fn embedded(options: &OpenJdOptions, script: &str) -> String {
     )
 }
 
-fn render_step(job: &FarmJob, options: &OpenJdOptions, parameters: &[JobParameter]) -> String {
-    let mut text = String::from("- name: Render\n  hostRequirements:\n");
+/// Which machines may run a step: every script is written for one shell.
+fn host_attributes(options: &OpenJdOptions) -> String {
     let family = match options.system {
         WorkerSystem::Linux => "linux",
         WorkerSystem::Windows => "windows",
     };
+    format!("  hostRequirements:\n    attributes:\n    - name: attr.worker.os.family\n      anyOf: [{family}]\n")
+}
+
+fn render_step(job: &FarmJob, options: &OpenJdOptions, parameters: &[JobParameter]) -> String {
+    let mut text = format!("- name: Render\n{}", host_attributes(options));
     let cores = options.cores.unwrap_or(job.tasks.cores);
     let _ = write!(
         text,
-        "    attributes:\n    - name: attr.worker.os.family\n      anyOf: [{family}]\n    amounts:\n    - name: \
-         amount.worker.vcpu\n      min: {cores}\n    - name: amount.worker.memory\n      min: {}\n",
+        "    amounts:\n    - name: amount.worker.vcpu\n      min: {cores}\n    - name: amount.worker.memory\n      \
+         min: {}\n",
         job.tasks.memory_bytes >> 20
     );
     text += "  parameterSpace:\n    taskParameterDefinitions:\n";
@@ -239,7 +244,8 @@ fn render_step(job: &FarmJob, options: &OpenJdOptions, parameters: &[JobParamete
 }
 
 fn check_step(job: &FarmJob, options: &OpenJdOptions, parameters: &[JobParameter]) -> String {
-    let mut text = String::from("- name: Check\n  dependencies:\n  - dependsOn: Render\n  script:\n");
+    let mut text = format!("- name: Check\n  dependencies:\n  - dependsOn: Render\n{}", host_attributes(options));
+    text += "  script:\n";
     text += &embedded(options, &check_script(job, options, parameters));
     text + &action(options, parameters, None)
 }

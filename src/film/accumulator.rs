@@ -141,6 +141,13 @@ impl PixelAccumulator {
         }
     }
 
+    /// Adds what hides a share of what lies behind everything from a sample that met nothing, if features are wanted.
+    pub fn add_veil(&mut self, pixel: usize, share: f32, weight: f32) {
+        if let Some(sum) = self.features.get_mut(pixel) {
+            sum.add_veil(share, weight);
+        }
+    }
+
     /// Adds a sample to its half, if halves are wanted: its colour and weight, what it met first, and what it shows.
     pub fn add_half(
         &mut self,

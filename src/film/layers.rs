@@ -43,6 +43,8 @@ pub struct FeatureSum {
     hits: u32,
     /// How many of the hits cover what lies behind.
     covering: u32,
+    /// Shares that were hidden of samples that met nothing.
+    veils: f32,
     /// Sums of the filter's weights: of all samples, and of those that cover what lies behind.
     weight: f32,
     weighted_covering: f32,
@@ -64,6 +66,7 @@ impl Default for FeatureSum {
             samples: 0,
             hits: 0,
             covering: 0,
+            veils: 0.0,
             weight: 0.0,
             weighted_covering: 0.0,
             depth: 0.0,
@@ -105,10 +108,16 @@ impl FeatureSum {
         self.albedo += feature.albedo;
     }
 
+    /// Adds what hides a share of what lies behind everything from a sample that met nothing and was added.
+    pub fn add_veil(&mut self, share: f32, weight: f32) {
+        self.veils += share;
+        self.weighted_covering += weight * share;
+    }
+
     /// Share of the samples that met something but a shadow catcher, as the film has it of colours: see `PixelAccumulator::color`.
     fn coverage(&self) -> f32 {
         let samples = self.samples.max(1) as f32;
-        let mean = self.covering as f32 / samples;
+        let mean = (self.covering as f32 + self.veils) / samples;
         if self.weight == samples {
             return mean;
         }

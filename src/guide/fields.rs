@@ -104,6 +104,9 @@ fn example_of(record: &dyn Record, field: &str, default: &Value, kind: &str, cho
     if kind == "fields of daylight" {
         return "(sun: (1.0, 2.0, 1.0), turbidity: 2.5)".into();
     }
+    if kind == "fields of fog" {
+        return "(density: 0.1, color: (0.8, 0.8, 0.8))".into();
+    }
     let first = choices.first().map(|word| Value::Text(word.as_str().into()));
     let number = |x: f64| Value::Number(x);
     let three = Value::Vec3(glam::DVec3::new(0.2, 1.0, 0.5));
@@ -120,8 +123,10 @@ fn example_of(record: &dyn Record, field: &str, default: &Value, kind: &str, cho
         ),
         Value::List(vec![Value::List(vec![number(0.0), number(1.0)]); 3]),
         Value::List([0, 0, 8, 8].map(Value::Int).to_vec()),
+        Value::List(vec![Value::Text("name".into())]),
         Value::List(Vec::new()),
         Value::Text("name".into()),
+        Value::Bool(false),
         // A temperature.
         number(2800.0),
     ]);
@@ -161,6 +166,7 @@ pub fn other_records() -> Vec<RecordReference> {
         reference("material", &Material::default()),
         reference("texture", &Texture::default()),
         reference("daylight", &Daylight::default()),
+        reference("fog", &Fog::default()),
     ]
 }
 

@@ -1,10 +1,13 @@
 //! The guide as a site: a file for each page, a style, and a search that needs no server.
 
+use super::pictures::{GuidePicture, pictures};
 use super::{Block, CodeKind, GuideEntry, PAGES, Page};
 
-/// Files of the site by their names.
-pub fn files() -> Vec<(String, String)> {
-    let mut files: Vec<(String, String)> = PAGES.iter().map(|page| (file_of(page), document(page))).collect();
+/// Texts of the site by the names of their files; [`pictures`] stand beside them.
+pub fn files(with_pictures: bool) -> Vec<(String, String)> {
+    let pictures = if with_pictures { pictures() } else { Vec::new() };
+    let mut files: Vec<(String, String)> =
+        PAGES.iter().map(|page| (file_of(page), document(page, &pictures))).collect();
     files.push(("style.css".into(), STYLE.into()));
     files.push(("search.js".into(), search()));
     files
@@ -30,7 +33,21 @@ fn anchor(form: &str) -> String {
     name.chars().filter(|c| c.is_alphanumeric() || ['_', '.'].contains(c)).collect()
 }
 
-fn document(page: &Page) -> String {
+/// The pictures of a field, or of a record as a whole.
+fn figures(pictures: &[GuidePicture], record: &str, field: &str) -> String {
+    let own = pictures.iter().filter(|picture| picture.record == record && picture.field == field);
+    let figures: String = own
+        .map(|picture| {
+            let (file, choice) = (picture.file(), escaped(&picture.choice));
+            let caption = if choice.is_empty() { String::new() } else { format!("<figcaption>{choice}</figcaption>") };
+            let alt = if choice.is_empty() { record } else { &choice };
+            format!("<figure><img src=\"{file}\" alt=\"{alt}\" width=\"120\" height=\"80\">{caption}</figure>\n")
+        })
+        .collect();
+    if figures.is_empty() { figures } else { format!("<div class=\"figures\">\n{figures}</div>\n") }
+}
+
+fn document(page: &Page, pictures: &[GuidePicture]) -> String {
     let links: String = PAGES
         .iter()
         .map(|one| {
@@ -38,7 +55,21 @@ fn document(page: &Page) -> String {
             format!("<a href=\"{}\"{here}>{}</a>\n", file_of(one), escaped(one.title))
         })
         .collect();
-    let blocks: String = (page.blocks)().iter().map(block).collect();
+    let (mut record, mut blocks) = (String::new(), String::new());
+    for one in &(page.blocks)() {
+        blocks += &block(one);
+        // Fields stand below the heading of their record.
+        match one {
+            Block::Heading(text) => {
+                record = text.trim_matches('`').to_string();
+                blocks += &figures(pictures, &record, "");
+            }
+            Block::GuideEntry(entry) => {
+                blocks += &entry.forms.first().map_or(String::new(), |field| figures(pictures, &record, field));
+            }
+            Block::Paragraph(_) | Block::Code(..) | Block::Pair(..) => {}
+        }
+    }
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>anim: {title}</title>\n\
@@ -152,6 +183,9 @@ h3 { font-size: 1rem; margin: 0.4rem 0; }
 small { color: #777; font-weight: normal; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: 0.1rem 0.8rem; }
 dd { margin: 0; }
+.figures { display: flex; flex-wrap: wrap; gap: 0.6rem; margin: 0.5rem 0; }
+figure { margin: 0; }
+figcaption { font-size: 0.8rem; color: #777; }
 .pair { display: grid; grid-template-columns: 1fr 1fr; gap: 1rem; border-top: 1px solid #e5e0d5; padding: 0.2rem 0; }
 @media (max-width: 45rem) { body { display: block; } nav { position: static; height: auto; } }
 @media (prefers-color-scheme: dark) {

@@ -191,6 +191,8 @@ const PLAN_IN_PYTHON: &str = "import json, subprocess
 plan = [\"anim\", \"plan\", \"/shared/show.rhai\", \"-o\", \"/shared/show/\", \"--json\", \"--tasks\", \"20\"]
 head, *tasks = map(json.loads, subprocess.check_output(plan, text=True).splitlines())
 left = \",\".join(str(task[\"task\"]) for task in tasks if task[\"left\"])
+if not left:
+    raise SystemExit(\"every frame is there\")
 
 def numbered(sign):
     part = \"/%d\" % head[\"tasks\"]
@@ -219,14 +221,15 @@ pub fn queues() -> Vec<Block> {
         ),
         heading("OpenCue"),
         answer(
-            "from outline import Outline, cuerun\nfrom outline.modules.shell import Shell\n\noutline = Outline(\"show\")\noutline.add_layer(Shell(\n    \"render\", range=left, command=[\"anim\", *numbered(\"#IFRAME#\")],\n    cores=head[\"cores\"], memory=\"%dm\" % (head[\"memory_bytes\"] >> 20)))\ncuerun.launch(outline, use_pycuerun=False)",
+            "import shlex\nfrom outline import Outline, cuerun\nfrom outline.modules.shell import Shell\n\noutline = Outline(\"show\")\noutline.add_layer(Shell(\n    \"render\", range=left, command=[\"anim\", *map(shlex.quote, numbered(\"#IFRAME#\"))],\n    cores=head[\"cores\"], memory=\"%dm\" % (head[\"memory_bytes\"] >> 20)))\ncuerun.launch(outline, use_pycuerun=False)",
         ),
         heading("Tractor"),
         answer(
             "import tractor.api.author as author\n\njob = author.Job(title=\"show\", service=\"PixarRender\")\nfor task in tasks:\n    if task[\"left\"]:\n        job.newTask(title=task[\"frames\"], argv=[\"anim\", *task[\"arguments\"]])\njob.spool()",
         ),
         text(
-            "These queues number tasks, and so does --shard: the ranges that belong to the numbers stand in the plan. Exit codes \
+            "OpenCue hands its command to a shell, so that words are quoted; Deadline and Tractor do not. These queues number \
+             tasks, and so does --shard: the ranges that belong to the numbers stand in the plan. Exit codes \
              say whether to try again: 0 done, 3 the input is wrong (it would be again), 4 some frames failed, 5 reading or \
              writing failed, 130 stopped at a whole frame.",
         ),

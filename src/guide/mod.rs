@@ -7,6 +7,7 @@
 //! - `pages`: what there is, and in which order
 //! - [`text`]: a page for the terminal
 //! - [`html`]: all pages as a site that needs no server
+//! - [`pictures`]: what can be chosen, as it looks
 //! - [`json`]: all pages, and the schema of scenes, for editors
 //! - [`definitions`]: functions of scripts for the language server of Rhai
 
@@ -17,8 +18,10 @@ pub mod html;
 pub mod json;
 mod language;
 mod many_machines;
+mod markdown;
 mod mistakes;
 mod pages;
+pub mod pictures;
 pub mod text;
 
 pub use fields::{FieldReference, RecordReference, entity_records, other_records};

@@ -1,7 +1,7 @@
 //! The pages: their names, their order and what stands on them.
 
 use super::fields::{blocks as fields_of, entity_records, other_records};
-use super::{Block, CodeKind, GuideEntry, coming_from, language, many_machines, mistakes};
+use super::{Block, CodeKind, GuideEntry, coming_from, language, many_machines, markdown, mistakes};
 use crate::script::{CHAPTERS, Function};
 
 /// A page of the guide.
@@ -32,7 +32,8 @@ pub const PAGES: &[Page] = &[
         blocks: language::blocks,
     },
     Page { name: "formats", title: "Files", summary: "what is read and what is written", blocks: formats },
-    Page { name: "films", title: "Films", summary: "frames become a film", blocks: films },
+    Page { name: "films", title: "Films and sheets", summary: "frames become a film, or one picture", blocks: films },
+    Page { name: "golden", title: "Golden frames", summary: "tests of pictures: anim test", blocks: golden },
     Page {
         name: "farm",
         title: "Many machines",
@@ -133,9 +134,13 @@ fn scene() -> Vec<Block> {
         ),
         code(CodeKind::Scene, STAGE),
     ];
-    let is_light = |name: &str| name.ends_with("_light") || name == "material" || name == "texture";
-    blocks.extend(entity_records().iter().filter(|record| !is_light(record.name)).flat_map(fields_of));
+    let is_elsewhere = |name: &str| stands_with_lights(name) || name == "material" || name == "texture";
+    blocks.extend(entity_records().iter().filter(|record| !is_elsewhere(record.name)).flat_map(fields_of));
     blocks
+}
+
+fn stands_with_lights(name: &str) -> bool {
+    name.ends_with("_light") || name.ends_with("_link")
 }
 
 fn records(names: &[&str]) -> Vec<Block> {
@@ -161,13 +166,46 @@ fn materials() -> Vec<Block> {
 
 fn lights() -> Vec<Block> {
     let mut blocks = vec![text(
-        "Light comes from entities with `point_light` or `area_light`, from surfaces whose material has `emission`, and from \
-         what surrounds the scene: `background`, `sky` or `environment` of the settings.",
+        "Light comes from entities with `point_light`, `spot_light`, `directional_light` or `area_light`, from surfaces whose \
+         material has `emission`, and from what surrounds the scene: `background`, `sky` or `environment` of the settings.",
     )];
-    let lights = entity_records().into_iter().filter(|record| record.name.ends_with("_light"));
+    blocks.extend([
+        text(
+            "A light lights all bodies, and all bodies throw shadows in its light, unless links say otherwise, by the `tags` of \
+              bodies. What the camera, mirrors and shadows see of a body or light is told by its `visible`.",
+        ),
+        code(CodeKind::Scene, LINKS),
+        code(
+            CodeKind::Script,
+            "animation(#{ frames: 24 });
+
+fn setup(s) {
+    s.spawn(#{ name: \"ball\", tags: [\"hero\"], sphere: #{} });
+    s.spawn(#{ name: \"rim\", point_light: #{ position: [-3, 4, -2] }, light_link: #{ includes: [\"hero\"] } });
+}
+
+fn frame(s, f) {
+    let ball = s.get(\"ball\");
+    ball.visible = f.number > 3;              // nobody sees it in the first frames
+    if f.number > 12 { ball.visible.shadow = false; }
+}",
+        ),
+    ]);
+    let lights = entity_records().into_iter().filter(|record| stands_with_lights(record.name));
     blocks.extend(lights.flat_map(|record| fields_of(&record)));
     blocks
 }
+
+/// Lights that light some bodies alone.
+const LINKS: &str = "(
+    entities: [
+        (name: \"hero\", tags: [\"hero\"], sphere: ()),
+        (name: \"floor\", tags: [\"set\"], plane: (point: (0.0, -1.0, 0.0))),
+        (name: \"flag\", tags: [\"flag\"], aabox: (min: (1.0, 2.0, 0.0), max: (2.0, 2.1, 1.0)), visible: (camera: false)),
+        (name: \"key\", point_light: (position: (3.0, 5.0, 4.0)), shadow_link: (excludes: [\"flag\"])),
+        (name: \"rim\", point_light: (position: (-3.0, 4.0, -2.0)), light_link: (includes: [\"hero\"])),
+    ],
+)";
 
 fn camera() -> Vec<Block> {
     let mut blocks = vec![
@@ -209,7 +247,28 @@ fn frame(s, f) {
 }
 
 fn render() -> Vec<Block> {
-    records(&["render"])
+    let mut blocks = records(&["render"]);
+    blocks.push(text(
+        "Fog fills the air between bodies, or a box. With `Path` it scatters the light of lamps, of what shines and of the \
+          surroundings, and casts shafts of shadow; `Whitted` and `Distribution` let things fade into its color.",
+    ));
+    blocks.push(code(
+        CodeKind::Scene,
+        "(
+    render: (integrator: Path, fog: (density: 0.15, color: (0.9, 0.9, 0.95), anisotropy: 0.3, bounds: ((-6, 0, -6), (6, 4, 6)))),
+    entities: [(name: \"lamp\", spot_light: (position: (0, 3.9, 0), direction: (0, -1, 0), falloff: InverseSquare))],
+)",
+    ));
+    blocks.push(code(
+        CodeKind::Script,
+        "animation(#{ frames: 24 });
+
+fn frame(s, f) {
+    s.render.fog = #{ density: lerp(0.02, 0.3, f.t), color: [0.9, 0.9, 0.95] };
+}",
+    ));
+    blocks.extend(records(&["fog", "daylight"]));
+    blocks
 }
 
 /// A function as an entry.
@@ -258,7 +317,15 @@ fn formats() -> Vec<Block> {
               shows is a warning. anim model.glb shows a file by itself, anim convert model.glb -o scene.ron writes a scene \
               around it to edit.",
         ),
-        text("An AFF file (the animated scenes of BART) is a sequence: its own number of frames, or -D frames=N."),
+        text(
+            "An AFF file (the animated scenes of BART) is a sequence: its own number of frames, or -D frames=N. `anim plan` \
+              prints its measures of animated ray tracing.",
+        ),
+        text(
+            "Files of a sequence are chosen by number: mesh: (file: \"cache.####.obj\", frame: 12.5) stands between two files, \
+              color_map: (image: \"footage.####.png\", frame: 12) shows the nearest. A script writes \
+              s.get(\"sea\").mesh.frame = 1 + f.seconds * 24.",
+        ),
         text(
             "What is far from the origin is traced as exactly as what is near: frames count from an origin near the camera, and \
               meshes of files from one near their first vertex. Up to 1e9 units away is room; beyond that is an error.",
@@ -275,11 +342,9 @@ fn formats() -> Vec<Block> {
 }
 
 fn films() -> Vec<Block> {
-    vec![
-        text(
-            "Frames are pictures with numbers: frames/show/show.0001.png and on. Any tool that takes such names makes a film of \
-              them; `fps` of `animation` says how fast it is to run.",
-        ),
-        code(CodeKind::Command, "anim show.rhai"),
-    ]
+    markdown::blocks(include_str!("pages/films.md"))
+}
+
+fn golden() -> Vec<Block> {
+    markdown::blocks(include_str!("pages/golden.md"))
 }

@@ -287,7 +287,7 @@ pub fn load_all(scene: &mut Scene, documents: &FxHashMap<Text, Document>) -> Vec
     let mut problems = Vec::new();
     let Scene { materials, entities, images, base, render, .. } = scene;
     let mut read = |path: Vec<Step>, texture: &Texture, coloured: bool| {
-        let Some(file) = &texture.image else { return };
+        let Some(file) = &texture.file() else { return };
         let plane = texture.plane(coloured && render.transfer == Transfer::Srgb);
         let open = embedded(file).and_then(|(asset, number)| Some((documents.get(asset)?, number)));
         let fetched = match open {

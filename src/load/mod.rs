@@ -135,7 +135,7 @@ pub fn advice(extension: &str) -> Option<&'static str> {
         "blend" | "max" | "ma" | "mb" | "c4d" | "3dm" | "skp" => {
             "this is a project of a modelling program: export glTF (.glb), OBJ, PLY or STL from it"
         }
-        "dae" | "3ds" | "x3d" | "wrl" | "off" | "lwo" | "x" | "vtk" => {
+        "dae" | "3ds" | "3mf" | "x3d" | "wrl" | "off" | "lwo" | "x" | "vtk" => {
             "this format is not read: convert it to glTF, OBJ or PLY (Blender and MeshLab read it)"
         }
         "step" | "stp" | "iges" | "igs" | "brep" => {

@@ -29,14 +29,19 @@ fn read(function: &str, name: &str) -> Fallible<(Arc<str>, String)> {
         Ok(path) => path,
         Err(problem) => return refuse(problem),
     };
+    let note = |bytes: &[u8]| folder.project().note_content(&path, FileRole::Data, bytes);
     let file: Arc<str> = path.to_string_lossy().into();
     if let Some(text) = shared.known_text(&file) {
         return Ok((file, text));
     }
     let bytes = match files::read_bytes(Path::new(&*file), limits::DATA_FILE_BYTES) {
         Ok(bytes) => bytes,
-        Err(problem) => return refuse(problem),
+        Err(problem) => {
+            note(&[]);
+            return refuse(problem);
+        }
     };
+    note(&bytes);
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").map(<[u8]>::to_vec).unwrap_or(bytes);
     match String::from_utf8(bytes) {
         Ok(text) => {

@@ -10,6 +10,7 @@ use super::rewrite::{self, Rewritten};
 use super::vocabulary::Vocabulary;
 use super::words::{self, Words};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, Place, suggestion};
+use crate::base::limits;
 
 /// A mistake that a function of the API reports: it travels through Rhai as the payload of a run-time error.
 #[derive(Clone, Debug)]
@@ -31,6 +32,14 @@ pub fn complain<T>(message: impl Into<String>, help: Option<String>) -> Fallible
 pub fn complain_at<T>(place: Place, message: String, help: Option<String>) -> Fallible<T> {
     let complaint = Complaint { message, help, at: Some(place) };
     Err(EvalAltResult::ErrorRuntime(Dynamic::from(complaint), Position::NONE).into())
+}
+
+/// A message that people can read: a script may throw, or put where it does not belong, a text of any length.
+fn shortened(message: String) -> String {
+    match message.char_indices().nth(limits::MESSAGE_LETTERS) {
+        Some((end, _)) => format!("{}... ({} letters)", &message[..end], message.chars().count()),
+        None => message,
+    }
 }
 
 /// The place of a mistake in another file.
@@ -119,6 +128,7 @@ impl ScriptSources {
             (true, None, None) => Place::file(source.file.clone()),
         };
         let place = source.place_of_key(&place, &message).unwrap_or(place);
+        let message = shortened(message);
         let message = match call.frame {
             Some(number) => format!("in frame {number}: {message}"),
             None => message,

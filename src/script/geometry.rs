@@ -14,14 +14,11 @@ use super::subjects::points;
 use super::table::{Chapter, Function};
 use crate::base::math::sin_cos_degrees;
 use crate::components::modeling::{self, Outline, PathFrame, TextAlign, TextLayout};
-use crate::components::{Component, Mesh, MeshData};
+use crate::components::{Mesh, MeshData};
 
 /// A mesh that a script has made; entities that it is put on share it.
 #[derive(Clone)]
-pub struct MeshHandle {
-    data: Arc<MeshData>,
-    crease_angle: f64,
-}
+pub struct MeshHandle(pub Mesh);
 
 /// Edges at which a made mesh turns by more degrees than this are sharp, unless it is asked for otherwise.
 const CREASE_ANGLE: f64 = 40.0;
@@ -30,20 +27,13 @@ const SEGMENTS: u64 = 4_096;
 /// Farthest coordinate of a point of an outline.
 const FARTHEST: f64 = 1e6;
 
-impl MeshHandle {
-    /// The component that shows it.
-    pub fn component(&self) -> Component {
-        let crease_angle = Some(self.crease_angle);
-        Mesh { smooth: Some(true), crease_angle, data: self.data.clone(), ..Mesh::default() }.into()
-    }
-}
-
 fn made(data: MeshData, options: &CallOptions) -> Fallible<MeshHandle> {
     let crease_angle = options.between("crease_angle", CREASE_ANGLE, 0.0, 180.0)?;
     if data.triangles.is_empty() {
         return complain(format!("{}: the shape has no faces", options.function()), None);
     }
-    Ok(MeshHandle { data: Arc::new(data), crease_angle })
+    let crease_angle = Some(crease_angle);
+    Ok(MeshHandle(Mesh { smooth: Some(true), crease_angle, data: Arc::new(data), ..Mesh::default() }))
 }
 
 /// A finite number above `low`, or from it.

@@ -43,12 +43,12 @@ pub struct EntityHandle {
 /// Something with fields.
 #[derive(Clone)]
 pub struct RecordHandle {
-    scene: SceneHandle,
-    place: RecordPath,
+    pub(super) scene: SceneHandle,
+    pub(super) place: RecordPath,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum RecordPath {
+pub(super) enum RecordPath {
     /// The one that the frame is seen from, whichever it is by then.
     Camera,
     NamedCamera(ActiveCamera),
@@ -387,11 +387,12 @@ impl EntityHandle {
             drop(overlay);
             return self.unknown(property);
         };
-        let has = overlay.component(self.index, kind).is_some() || kind == Kind::Transform;
+        let is_there = overlay.component(self.index, kind).is_some();
+        let has = is_there || matches!(kind, Kind::Transform | Kind::Visible);
         drop(overlay);
-        if kind == Kind::Transform {
-            let transform = self.transform();
-            self.scene.lock().put(self.index, transform.into());
+        // Every entity stands somewhere and is seen by some: fields of these can be written at once.
+        if has && !is_there {
+            self.scene.lock().put(self.index, kind.default_component());
         }
         Ok(if has { Dynamic::from(self.scene.record(RecordPath::Component(self.index, kind))) } else { Dynamic::UNIT })
     }
@@ -452,7 +453,7 @@ impl EntityHandle {
             return Ok(());
         }
         if let Some(mesh) = value.read_lock::<MeshHandle>().filter(|_| kind == Kind::Mesh) {
-            return self.put(mesh.component());
+            return self.put(mesh.0.clone().into());
         }
         if let Some(handle) = value.clone().try_cast::<RecordHandle>() {
             if handle.place == RecordPath::Component(self.index, kind) {
@@ -470,6 +471,9 @@ impl EntityHandle {
                 Some(component) => self.put(component),
                 None => complain(format!("expected a {}, found a {}", kind.name(), other_kind.name()), None),
             };
+        }
+        if let Some(shown) = value.as_bool().ok().filter(|_| kind == Kind::Visible) {
+            return self.put(Visible::all(shown).into());
         }
         let owner = format!("{} of {}", kind.name(), self.label());
         let Some(fields) = value.read_lock::<Map>() else {

@@ -14,7 +14,7 @@ use super::handles::SceneHandle;
 use super::modules::{ModuleGraph, ModuleLoader};
 use super::overlay::{NameIndex, Overlay};
 use super::said::Remarks;
-use super::simulation::{Simulation, state_of};
+use super::simulation::{NumberedStates, Simulation, state_of};
 use super::time::{self, Header};
 use super::vocabulary::Vocabulary;
 use super::{Moment, constraints, entry, errors, sandbox};
@@ -73,6 +73,7 @@ impl Interpreter {
         engine::fix_hashes();
         project.record(path, FileRole::Script);
         let text = files::read_text(path, limits::SCRIPT_FILE_BYTES)?;
+        project.note_content(path, FileRole::Script, text.as_bytes());
         let folder: PathBuf = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let file = path.to_string_lossy().into_owned();
         let constants = Arc::new(Mutex::new(Map::new()));
@@ -219,6 +220,23 @@ impl Interpreter {
         simulation.at(scene, at, |before| self.next_state(scene, before))
     }
 
+    /// Whether it has a simulation.
+    pub fn simulates(&self) -> bool {
+        self.simulation.is_some()
+    }
+
+    /// Goes on from states that were made before, from the same scene.
+    pub fn resume(&self, scene: &Arc<Scene>, states: NumberedStates) {
+        if let Some(simulation) = &self.simulation {
+            simulation.resume(scene, states);
+        }
+    }
+
+    /// Those of these steps' states that were made from a scene.
+    pub fn states(&self, scene: &Arc<Scene>, steps: &[u64]) -> NumberedStates {
+        self.simulation.as_ref().map_or_else(Vec::new, |simulation| simulation.known(scene, steps))
+    }
+
     /// The first state, or the one after another.
     fn next_state(&self, scene: &Arc<Scene>, before: Option<(u64, &Value)>) -> Result<Value, Diagnostics> {
         let per_frame = f64::from(self.header.steps_per_frame);
@@ -275,7 +293,9 @@ impl Interpreter {
             scope.push_dynamic(*name, value.clone());
         }
         let count = arguments.len();
-        let alone = self.ast.clone_functions_only_filtered(|_, _, _, name, params| name == function && params == count);
+        // Not `clone_functions_only_filtered`: with rhai 1.27 it keeps all functions, and their bodies would run in a row.
+        let mut alone = self.ast.clone_functions_only();
+        alone.retain_functions(|_, _, name, params| name == function && params == count);
         let mut body: Vec<Stmt> = Vec::new();
         alone.walk(&mut |path: &[ASTNode]| {
             if let [ASTNode::Stmt(statement)] = path {

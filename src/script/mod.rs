@@ -61,6 +61,7 @@ mod interpolate;
 mod interpreter;
 mod mathematics;
 mod modules;
+mod morphing;
 mod noise;
 mod options;
 mod overlay;
@@ -86,15 +87,18 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, Subject};
+use crate::base::digest::Digest;
 use crate::base::files;
 use crate::base::project::{FileRole, Folder, Project};
 use crate::base::rate::Rate;
 use crate::components::{Edit, Scene};
 pub use clip_frames::ClipFrames;
+pub use host::MadeStates;
 use host::{HostCommand, HostPool};
 use interpreter::Interpreter;
 pub use parameters::{Parameter, ParameterKind};
 use said::{Journal, Remarks, When};
+pub use simulation::NumberedStates;
 pub use table::{CHAPTERS, Chapter, Function};
 pub use time::{Header, TimeMode};
 
@@ -114,6 +118,7 @@ pub struct Program {
     evaluator: Evaluator,
     header: Header,
     has_setup: bool,
+    simulates: bool,
     /// Where the script names its scene.
     place_of_scene: Place,
     folder: PathBuf,
@@ -144,24 +149,26 @@ impl Program {
         evaluation: &Evaluation,
     ) -> Result<Program, Diagnostics> {
         let journal = Journal::new(&path.to_string_lossy());
-        let (evaluator, header, has_setup, place_of_scene) = match evaluation {
+        let (evaluator, header, has_setup, place_of_scene, simulates) = match evaluation {
             Evaluation::InProcess => {
                 let mut remarks = Remarks::default();
                 let opened = Interpreter::open(path, defines, project, &mut remarks);
                 journal.add(remarks, When::Top);
                 let here = Box::new(opened.map_err(|problems| problems.after(journal.take_printed()))?);
                 let (header, has_setup, place) = (here.header().clone(), here.has_setup(), here.place_of_scene());
-                (Evaluator::Here(here), header, has_setup, place)
+                let simulates = here.simulates();
+                (Evaluator::Here(here), header, has_setup, place, simulates)
             }
             Evaluation::Hosted(command) => {
                 let (pool, opened) = HostPool::open(command, path, defines, project, &journal)?;
-                (Evaluator::Hosted(Box::new(pool)), opened.header, opened.has_setup, opened.place_of_scene)
+                let host::Opened { header, has_setup, place_of_scene, simulates } = opened;
+                (Evaluator::Hosted(Box::new(pool)), header, has_setup, place_of_scene, simulates)
             }
         };
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let given = defines.iter().map(|(_, value)| value.clone()).collect();
         let project = project.clone();
-        Ok(Program { evaluator, header, has_setup, place_of_scene, folder, project, given, journal })
+        Ok(Program { evaluator, header, has_setup, simulates, place_of_scene, folder, project, given, journal })
     }
 
     /// The sequence that a clip is from its start to its end, in so many frames; `file` is where it was read from.
@@ -172,6 +179,7 @@ impl Program {
             evaluator: Evaluator::Clip(clip),
             header: Header { rate, frames, ..Header::default() },
             has_setup: false,
+            simulates: false,
             place_of_scene: Place::file(&*file.to_string_lossy()),
             folder: file.parent().unwrap_or(Path::new("")).to_path_buf(),
             project: project.clone(),
@@ -258,6 +266,30 @@ impl Program {
     /// Mistakes of the script, with their places and the frame.
     pub fn frame(&self, rest: &Arc<Scene>, number: u32, offset: f64) -> Result<Vec<Edit>, Diagnostics> {
         self.call(rest, Some((number, offset)))
+    }
+
+    /// The digest of what the states of the script's simulation follow from, started from a scene: all but the files that
+    /// it reads. `None` without a simulation whose states can be kept.
+    pub fn simulation_key(&self, scene: &Arc<Scene>) -> Option<Digest> {
+        match &self.evaluator {
+            Evaluator::Hosted(pool) if self.simulates => Some(pool.simulation_key(scene)),
+            Evaluator::Hosted(_) | Evaluator::Here(_) | Evaluator::Clip(_) => None,
+        }
+    }
+
+    /// Lets the simulation go on from states that were made before, from the same scene, by the numbers of their steps.
+    pub fn resume(&self, scene: &Arc<Scene>, states: NumberedStates) {
+        if let Evaluator::Hosted(pool) = &self.evaluator {
+            pool.resume(scene, states);
+        }
+    }
+
+    /// Those of these steps' states that were made from a scene, and what the script has read.
+    pub fn states(&self, scene: &Arc<Scene>, steps: &[u64]) -> MadeStates {
+        match &self.evaluator {
+            Evaluator::Hosted(pool) => pool.states(scene, steps),
+            Evaluator::Here(_) | Evaluator::Clip(_) => MadeStates::default(),
+        }
     }
 
     /// Where `setup`, or `frame` at a moment, writes to what a mistake is about.

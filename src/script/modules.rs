@@ -126,6 +126,7 @@ impl<'a> ModuleLoader<'a> {
 
     fn read(&mut self, importer: &str, path: &Path, known: &str, at: Position) -> Result<Shared<Module>, Diagnostics> {
         let text = files::read_text(path, limits::SCRIPT_FILE_BYTES)?;
+        self.project.note_content(path, FileRole::Module, text.as_bytes());
         self.bytes += text.len();
         let count = self.graph.lock().ready.len();
         if count >= limits::SCRIPT_MODULES || self.bytes as u64 > limits::SCRIPT_FILE_BYTES {

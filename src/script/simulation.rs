@@ -4,13 +4,17 @@
 //! order, once, and kept; a frame is given the state of its time, so that it stays a pure function of its number. Between
 //! steps, as while the shutter is open, numbers and vectors are interpolated.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::convert::{describe, to_value};
 use super::errors::{Fallible, complain};
-use crate::base::diagnostics::Diagnostics;
+use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::limits;
 use crate::components::{Scene, Value};
+
+/// States by the numbers of their steps.
+pub type NumberedStates = Vec<(u64, Value)>;
 
 /// States of one script that were made so far.
 #[derive(Default)]
@@ -20,15 +24,89 @@ pub struct Simulation(Mutex<States>);
 struct States {
     /// The scene that the first state was made from.
     scene: Option<Arc<Scene>>,
-    made: Vec<Arc<Value>>,
+    /// By their number.
+    made: BTreeMap<u64, Arc<Value>>,
     bytes: usize,
-    /// Why there are no more.
-    failed: Option<Diagnostics>,
+    /// The step that failed, and why.
+    failed: Option<(u64, Diagnostics)>,
+}
+
+impl States {
+    /// The states of a scene; those of another one are forgotten.
+    fn of(&mut self, scene: &Arc<Scene>) -> &mut States {
+        if self.scene.as_ref().is_none_or(|known| !Arc::ptr_eq(known, scene)) {
+            *self = States { scene: Some(scene.clone()), ..States::default() };
+        }
+        self
+    }
+
+    fn keep(&mut self, number: u64, state: Value) {
+        self.bytes += size_of(&state);
+        self.made.insert(number, Arc::new(state));
+    }
+
+    /// The state of a number, by way of those between it and the nearest one before it.
+    fn reach(
+        &mut self,
+        number: u64,
+        next: &mut impl FnMut(Option<(u64, &Value)>) -> Result<Value, Diagnostics>,
+    ) -> Result<Arc<Value>, Diagnostics> {
+        loop {
+            let nearest = self.made.range(..=number).next_back().map(|(at, state)| (*at, state.clone()));
+            let at = match &nearest {
+                Some((at, state)) if *at == number => return Ok(state.clone()),
+                Some((at, _)) => at + 1,
+                None => 0,
+            };
+            if let Some((_, problems)) = self.failed.as_ref().filter(|(failed, _)| *failed == at) {
+                return Err(problems.clone());
+            }
+            let made = next(nearest.as_ref().map(|(at, state)| (*at, &**state))).and_then(|state| {
+                self.keep(at, state);
+                self.check_room()
+            });
+            if let Err(problems) = made {
+                self.made.remove(&at);
+                self.failed = Some((at, problems.clone()));
+                return Err(problems);
+            }
+        }
+    }
+
+    fn check_room(&self) -> Result<(), Diagnostics> {
+        if self.bytes <= limits::SIMULATION_BYTES {
+            return Ok(());
+        }
+        let most = limits::SIMULATION_BYTES >> 20;
+        let message = format!("the {} states of the simulation take more than {most} MiB", self.made.len());
+        let problem = Diagnostic::error(message);
+        Err(problem.help("keep less in the state, or take fewer `steps_per_frame`").into())
+    }
 }
 
 impl Simulation {
     fn lock(&self) -> MutexGuard<'_, States> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Goes on from states that were made before, from the same scene, by their numbers.
+    pub fn resume(&self, scene: &Arc<Scene>, states: NumberedStates) {
+        let mut known = self.lock();
+        let known = known.of(scene);
+        for (number, state) in states {
+            if !known.made.contains_key(&number) {
+                known.keep(number, state);
+            }
+        }
+    }
+
+    /// Those of the states with these numbers that were made from a scene.
+    pub fn known(&self, scene: &Arc<Scene>, numbers: &[u64]) -> NumberedStates {
+        let states = self.lock();
+        if states.scene.as_ref().is_none_or(|known| !Arc::ptr_eq(known, scene)) {
+            return Vec::new();
+        }
+        numbers.iter().filter_map(|number| Some((*number, Value::clone(states.made.get(number)?)))).collect()
     }
 
     /// The state at a time in steps from the start; before it, numbers go on backwards in straight lines.
@@ -45,40 +123,12 @@ impl Simulation {
     ) -> Result<Value, Diagnostics> {
         let whole = time.floor().max(0.0);
         let share = time - whole;
-        let first = whole as usize;
-        let needed = if share == 0.0 { first + 1 } else { first + 2 };
+        let first = whole as u64;
         let mut states = self.lock();
-        if states.scene.as_ref().is_none_or(|known| !Arc::ptr_eq(known, scene)) {
-            *states = States { scene: Some(scene.clone()), ..States::default() };
-        }
-        while states.made.len() < needed {
-            if let Some(problems) = &states.failed {
-                return Err(problems.clone());
-            }
-            let number = states.made.len() as u64;
-            let before = states.made.last().map(|state| (number - 1, &**state));
-            match next(before) {
-                Ok(state) => {
-                    states.bytes += size_of(&state);
-                    states.made.push(Arc::new(state));
-                }
-                Err(problems) => {
-                    states.failed = Some(problems.clone());
-                    return Err(problems);
-                }
-            }
-            if states.bytes > limits::SIMULATION_BYTES {
-                let most = limits::SIMULATION_BYTES >> 20;
-                let message = format!("the {} states of the simulation take more than {most} MiB", states.made.len());
-                let problem = crate::base::diagnostics::Diagnostic::error(message);
-                let problem = problem.help("keep less in the state, or take fewer `steps_per_frame`");
-                states.failed = Some(problem.clone().into());
-                return Err(problem.into());
-            }
-        }
-        let (a, b) = (states.made[first].clone(), states.made.get(first + 1).cloned());
-        drop(states);
-        Ok(match b.filter(|_| share != 0.0) {
+        let states = states.of(scene);
+        let a = states.reach(first, &mut next)?;
+        let b = if share == 0.0 { None } else { Some(states.reach(first + 1, &mut next)?) };
+        Ok(match b {
             Some(b) => between(&a, &b, share),
             None => Value::clone(&a),
         })
@@ -151,6 +201,21 @@ mod tests {
         assert_eq!(at(1.5), Value::Number(12.0));
         assert_eq!(at(-0.5), Value::Number(9.5));
         assert_eq!(calls, 4);
+    }
+
+    #[test]
+    fn a_state_that_was_kept_is_gone_on_from() {
+        let (simulation, scene) = (Simulation::default(), Arc::new(Scene::default()));
+        simulation.resume(&scene, vec![(2, Value::Number(13.0)), (5, Value::Number(25.0))]);
+        let mut calls = 0;
+        let mut at = |time: f64| simulation.at(&scene, time, |before| counting(&mut calls, before)).unwrap();
+        assert_eq!((at(5.0), at(3.0), at(6.5)), (Value::Number(25.0), Value::Number(16.0), Value::Number(34.5)));
+        // Before the first of them it starts anew.
+        assert_eq!(at(1.0), Value::Number(11.0));
+        assert_eq!(calls, 5);
+        let numbers = |states: NumberedStates| states.into_iter().map(|(number, _)| number).collect::<Vec<_>>();
+        assert_eq!(numbers(simulation.known(&scene, &[0, 4, 6, 9])), [0, 6]);
+        assert!(simulation.known(&Arc::default(), &[0]).is_empty());
     }
 
     #[test]

@@ -37,6 +37,7 @@ pub const CHAPTERS: &[&Chapter] = &[
     &super::interpolate::CHAPTER,
     &super::paths::CHAPTER,
     &super::geometry::CHAPTER,
+    &super::morphing::CHAPTER,
     &super::instances::CHAPTER,
     &super::noise::CHAPTER,
     &super::placing::CHAPTER,

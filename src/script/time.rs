@@ -265,7 +265,8 @@ pub const CHAPTER: Chapter = Chapter {
             text: "The state of the simulation at the frame's time, between two steps interpolated. A script simulates where it \
                    has `fn start(s)`, which gives the first state, and `fn step(state, f)`, which gives the next one from each: \
                    plain data, as numbers, vectors, lists and maps. Steps are taken in order, `steps_per_frame` for each frame, \
-                   and nothing else is kept from frame to frame.",
+                   and nothing else is kept from frame to frame. Some states stay beside the frames, in .anim-checkpoints, so that a run \
+                   in the middle need not begin at the start; that folder may be removed at any time.",
             arguments: &[],
             example: "animation(#{ frames: 48, steps_per_frame: 4 });\n\
                       fn start(s) { #{ height: 3.0, speed: 0.0 } }\n\

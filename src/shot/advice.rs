@@ -1,14 +1,18 @@
 //! What can be rendered and is most likely not what was meant: warnings of `anim check`.
 
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::Shot;
 use super::fingerprint::Fingerprint;
+use super::glass;
+use super::linked_tags as links;
+use super::placements::{Placements, shapes_of};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
+use crate::base::limits;
 use crate::components::shapes::world_bounds;
-use crate::components::transform::world_placement;
 use crate::components::*;
+use crate::systems;
 
 /// Frames whose scenes are looked at, spread over the sequence: the first and the last are among them.
 const LOOKED_AT: usize = 24;
@@ -43,10 +47,26 @@ pub fn advice(shot: &mut Shot, fingerprints: &[Fingerprint]) -> Diagnostics {
     if let Some(unseen) = unseen(shot, &scenes, count) {
         found.push(unseen);
     }
+    found.0.extend(left_out_contacts(shot));
     if let Some((first, scene)) = scenes.first() {
+        for mut warning in glass::beyond_what_rays_know(scene) {
+            shot.input.find_place(&mut warning, *first);
+            found.push(warning);
+        }
         for (field, message) in idle_camera_fields(&scene.camera) {
             let subject = Subject { part: ScenePart::Camera, component: None, field: Some(field) };
             let mut warning = Diagnostic::warning(message).about(subject);
+            shot.input.find_place(&mut warning, *first);
+            found.push(warning);
+        }
+        for (subject, message, help) in links::advice(scene) {
+            let mut warning = Diagnostic { help, ..Diagnostic::warning(message).about(subject) };
+            shot.input.find_place(&mut warning, *first);
+            found.push(warning);
+        }
+        if let Some((message, help)) = idle_fog(scene) {
+            let subject = Subject { part: ScenePart::Render, component: None, field: Some("fog") };
+            let mut warning = Diagnostic::warning(message).about(subject).help(help);
             shot.input.find_place(&mut warning, *first);
             found.push(warning);
         }
@@ -68,6 +88,33 @@ fn at_script(shot: &Shot, warning: Diagnostic) -> Diagnostic {
         Some(crate::base::diagnostics::Place::file(path.to_string_lossy().as_ref()))
     });
     Diagnostic { place, ..warning }
+}
+
+/// A warning about bodies of the first frame that touch others and are not set apart from them.
+fn left_out_contacts(shot: &mut Shot) -> Option<Diagnostic> {
+    let edits = shot.input.edits(1).ok()?;
+    let place = |stage: &mut systems::Stage| {
+        systems::update_hierarchy(stage)?;
+        Ok(systems::contacts_left_out(stage))
+    };
+    let left_out = shot.input.with_frame(&mut shot.stage, 1, edits, place).ok()?;
+    let one = *left_out.first()?;
+    let scene = shot.scene_of(1).ok()?;
+    let label = |index: &usize| scene.entities.get(*index).map_or_else(String::new, |desc| desc.label(*index));
+    let names: Vec<String> = left_out.iter().take(NAMED).map(label).collect();
+    let more = if left_out.len() > NAMED { format!(" and {} more", left_out.len() - NAMED) } else { String::new() };
+    let verb = if left_out.len() == 1 { "touches" } else { "touch" };
+    let message = format!(
+        "{}{more} {verb} other bodies and may flicker there: among more than {} flat faces, or {} pairs of them in one \
+         plane, contacts are not looked for",
+        names.join(", "),
+        limits::CONTACT_FACES,
+        limits::CONTACT_TESTS
+    );
+    let help = "leave a small gap between them, or let one reach into the other";
+    let mut warning = Diagnostic::warning(message).help(help).about(ScenePart::Entity(one));
+    shot.input.find_place(&mut warning, 1);
+    Some(warning)
 }
 
 /// Whether nothing in the scene sends light to what is in it, though there is something.
@@ -154,6 +201,24 @@ fn differing(from: &[Edit], to: &[Edit]) -> Vec<Moved> {
     found
 }
 
+/// What fog does that is hardly meant, and what to do about it.
+fn idle_fog(scene: &Scene) -> Option<(&'static str, &'static str)> {
+    let render = &scene.render;
+    let fog = render.fog.as_ref().filter(|fog| fog.density > 0.0)?;
+    if render.integrator == Integrator::Photon {
+        let message = "`fog` scatters no light with `Photon`: things only fade into its color";
+        return Some((message, "`integrator: Path` follows the light that fog scatters"));
+    }
+    let is_distant = |desc: &EntityDesc| desc.component::<DirectionalLight>().is_some();
+    let surrounds =
+        render.integrator == Integrator::Path && (render.has_environment() || render.background != DVec3::ZERO);
+    let from_afar = surrounds || scene.entities.iter().any(is_distant);
+    (from_afar && fog.bounds.is_none()).then_some((
+        "`fog` without `bounds` reaches to infinity: no light from infinitely far gets through it",
+        "give it a box: `fog: (density: 0.1, bounds: ((-20, -1, -20), (20, 10, 20)))`",
+    ))
+}
+
 /// Fields of materials that are given and that their models do not look at: which material, which field, and what to say.
 fn idle_fields(scene: &Scene) -> Vec<(usize, &'static str, String)> {
     let usual = Material::default();
@@ -211,10 +276,6 @@ fn idle_camera_fields(camera: &Camera) -> Vec<(&'static str, String)> {
     idle.into_iter().filter(|(_, is_idle, _)| *is_idle).map(said).collect()
 }
 
-fn shapes_of(desc: &EntityDesc) -> impl Iterator<Item = &dyn Shape> {
-    Kind::ALL.iter().filter_map(|kind| desc.get(*kind)?.shape())
-}
-
 /// Whether the material of an entity emits light.
 fn shines(scene: &Scene, desc: &EntityDesc) -> bool {
     let worn = desc.get(Kind::MaterialName).and_then(MaterialName::of);
@@ -232,7 +293,8 @@ fn unseen(shot: &Shot, scenes: &[(u32, Scene)], count: usize) -> Option<Diagnost
     // What is scattered without names may well lie anywhere, and what shines is meant to be seen by its light.
     let is_meant = |index: &usize| {
         let desc = &scene.entities[*index];
-        desc.name.is_some() && shapes_of(desc).next().is_some() && !shines(scene, desc)
+        let is_seen = desc.component::<Visible>().is_none_or(|visible| visible.camera != Some(false));
+        is_seen && desc.name.is_some() && shapes_of(desc).next().is_some() && !shines(scene, desc)
     };
     let mut hidden: Vec<usize> = (0..scene.entities.len()).filter(is_meant).collect();
     for (_, scene) in scenes {
@@ -300,38 +362,5 @@ impl View {
             let nearest = (min * *normal).max(max * *normal).element_sum();
             nearest - least < -4.0 * self.lens_radius
         })
-    }
-}
-
-/// Where the entities of a scene stand at the time 0 of the shutter.
-struct Placements<'a> {
-    scene: &'a Scene,
-    by_name: FxHashMap<&'a str, usize>,
-}
-
-impl<'a> Placements<'a> {
-    fn new(scene: &'a Scene) -> Self {
-        let named = |(index, desc): (usize, &'a EntityDesc)| desc.name.as_deref().map(|name| (name, index));
-        Placements { scene, by_name: scene.entities.iter().enumerate().filter_map(named).collect() }
-    }
-
-    /// The camera, where the entity is that carries it, if one does.
-    fn camera(&self) -> Camera {
-        let camera = self.scene.camera.clone();
-        let carrier = camera.entity.as_deref().and_then(|name| self.by_name.get(name));
-        let Some(index) = carrier else { return camera };
-        let viewpoint = self.scene.entities[*index].get(Kind::Viewpoint).and_then(Viewpoint::of);
-        camera.carried(&self.of(*index), viewpoint)
-    }
-
-    fn of(&self, index: usize) -> DAffine3 {
-        let entities = &self.scene.entities;
-        world_placement(
-            index,
-            |index| entities[index].get(Kind::Transform).and_then(Transform::of),
-            |index| entities[index].get(Kind::Motion).and_then(Motion::of),
-            |name| self.by_name.get(name).copied(),
-            0.0,
-        )
     }
 }

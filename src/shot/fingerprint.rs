@@ -2,7 +2,7 @@
 //!
 //! The scene that frames start from is hashed once. A frame then costs what its edits touch: a part of the scene is the
 //! sum of the digests of its members, each with its place in the authored order, so that a member can be taken out and
-//! put back changed. What does not show is left out: tags, materials that no entity has, file names of what was read,
+//! put back changed. What does not show is left out: tags that no light is linked by, materials that no entity has, file names of what was read,
 //! the accelerator, threads, and every comment and space in scene and script.
 
 use std::collections::BTreeMap;
@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::assets::Assets;
+use super::linked_tags::LinkedTags;
 pub use super::parts::FramePart;
 use super::parts::{PartDigests, with, without};
 use crate::base::digest::{Digest, Hasher};
@@ -129,6 +130,7 @@ pub struct BaseFingerprint {
     materials: FxHashMap<Text, usize>,
     /// How many entities have each material.
     uses: Vec<i64>,
+    tags: LinkedTags,
 }
 
 impl BaseFingerprint {
@@ -140,6 +142,7 @@ impl BaseFingerprint {
             parts: PartDigests::default(),
             counts: SceneCounts::default(),
             uses: vec![0; scene.materials.len()],
+            tags: LinkedTags::new(&scene.entities),
             materials,
             scene: scene.clone(),
             assets,
@@ -232,12 +235,18 @@ impl BaseFingerprint {
                 emitter_colors.push(EmitterColor { emitter: EmitterId::Material(index), color: material.emission });
             }
         }
+        if let Some(tagged) = self.tags.edited(&edited.entities) {
+            let part = &mut parts[FramePart::Geometry as usize];
+            *part = part.with(tagged);
+        }
         let pose = &mut parts[FramePart::Camera as usize];
         *pose = pose.with(self.record(camera, |_, class| class != FieldClass::Lens));
         parts[FramePart::Lens as usize] = self.record(camera, |_, class| class == FieldClass::Lens);
         let brightness = render.environment_color().0;
-        parts[FramePart::Settings as usize] =
-            self.record(render, |field, class| field != brightness && class != FieldClass::Invisible);
+        // Clear air is what there was before there could be fog: frames without it are the same ones.
+        let is_clear = |field: &str| field == "fog" && render.fog.is_none();
+        parts[FramePart::Settings as usize] = self
+            .record(render, |field, class| field != brightness && class != FieldClass::Invisible && !is_clear(field));
         let colors = &mut parts[FramePart::LightColors as usize];
         *colors = colors.with(self.record(render, |field, _| field == brightness));
         // What catchers show is a ratio of sums.
@@ -356,10 +365,11 @@ impl BaseFingerprint {
                     add(FramePart::LightColors, &|class| class == FieldClass::EmittedColor);
                     add(FramePart::Lights, &|class| class != FieldClass::EmittedColor);
                 }
-                Role::Placement if is_light => add(FramePart::Lights, &|_| true),
+                Role::Linking => add(FramePart::Lights, &|_| true),
+                Role::Placement | Role::Visibility if is_light => add(FramePart::Lights, &|_| true),
                 Role::Placement => add(FramePart::Transforms, &|_| true),
                 Role::Surface => add(FramePart::Materials, &|_| true),
-                Role::Shape | Role::Deformation => add(FramePart::Geometry, &|_| true),
+                Role::Shape | Role::Deformation | Role::Visibility => add(FramePart::Geometry, &|_| true),
                 Role::View => add(FramePart::Camera, &|_| true),
                 // The entities that come from it are parts of the frame themselves.
                 Role::Source => {}
@@ -403,7 +413,8 @@ impl<'a> EditedScene<'a> {
                 self.spawned += 1;
             }
             Edit::Despawn { entity } => drop(self.entities.insert(*entity, None)),
-            Edit::Cameras(_) | Edit::Tags { .. } => {}
+            Edit::Tags { entity, tags } => desc(*entity, &|desc| desc.tags = tags.clone()),
+            Edit::Cameras(_) => {}
         }
     }
 }

@@ -8,15 +8,20 @@
 //! one frame is rendered the one before is encoded and written.
 
 pub mod advice;
+pub mod animation_measures;
 mod assets;
 mod bands;
+mod checkpoints;
 pub mod chunks;
 mod description;
 mod files;
 pub mod fingerprint;
+mod glass;
+mod linked_tags;
 pub mod live;
 mod moments;
 mod parts;
+mod placements;
 pub mod plan;
 pub mod reuse;
 pub mod run;

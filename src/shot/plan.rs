@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::Shot;
+use super::checkpoints;
 use super::chunks::{self, Chunks, FrameCost};
 use super::fingerprint::{Fingerprint, FramePart};
 use super::reuse::light_mix::{self, LightMix, LightMixes, window_of};
@@ -359,6 +360,9 @@ fn evaluate(
     target: Option<&Target>,
     cancel: &AtomicBool,
 ) -> Result<Vec<Result<Fingerprint, Diagnostics>>, Diagnostics> {
+    if let Some(folder) = target.and_then(Target::folder) {
+        checkpoints::load(&shot.input, &folder, wanted);
+    }
     let start = Instant::now();
     let spread = |i: usize| wanted[i * (wanted.len() - 1) / (TRIED - 1)];
     let tried: Vec<u32> = if wanted.len() > TRIED { (0..TRIED).map(spread).collect() } else { wanted.to_vec() };

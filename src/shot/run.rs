@@ -10,6 +10,7 @@ use rustc_hash::FxHashMap;
 
 use super::Shot;
 use super::bands::{self, BandedFrame, FrameSize};
+use super::checkpoints;
 use super::moments;
 use super::plan::{Plan, PlannedFrame};
 use super::reuse::ReuseCache;
@@ -157,6 +158,9 @@ pub fn run_batches(
     watch: Watch,
 ) -> Result<RunOutcome, Diagnostics> {
     output::sweep(&plan.folder());
+    if let Some(folder) = plan.target.folder() {
+        checkpoints::save(&shot.input, &folder, plan.frames.iter().map(|planned| planned.frame));
+    }
     let failed = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let (send, receive) = sync_channel::<RenderedFrame>(1);

@@ -6,7 +6,7 @@ use super::stage::{AccelKey, BuiltAccelerator, Stage};
 use crate::base::diagnostics::Diagnostic;
 use crate::base::memory;
 use crate::components::{Accel, Integrator, Render};
-use crate::trace::accel::Accelerator;
+use crate::trace::accel::{Accelerator, HiddenPrimitives};
 use crate::trace::integrator::SampleSubset;
 use crate::trace::primitive::Geometry;
 
@@ -14,8 +14,10 @@ use crate::trace::primitive::Geometry;
 /// poor a tree costs more than one that is too good.
 const RAYS_PER_SAMPLE: f64 = 8.0;
 
-/// The accelerator over these columns: the one that was built before if they and its settings are the same and it was
-/// built for as many rays as are expected, or a new one; and whether it is new.
+/// Accelerators over these columns, one for each set of primitives that is `hidden` in it; and how many of them are new.
+///
+/// Each is the one that was built before if columns, hidden primitives and settings are the same and it was built for as
+/// many rays as are expected, or a new one.
 ///
 /// `share` says for how many of a picture's samples the World stands as it does, `of_picture` what part of its pixels are
 /// traced now, 0 to 1.
@@ -27,13 +29,35 @@ pub fn update(
     share: SampleSubset,
     of_picture: f64,
     geometry: &Arc<Geometry>,
-) -> Result<(Arc<Accelerator>, bool), Diagnostic> {
+    hidden: &[HiddenPrimitives],
+) -> Result<(Vec<Arc<Accelerator>>, u32), Diagnostic> {
+    let (mut old, mut built, mut count) = (std::mem::take(&mut stage.derived.accelerators), Vec::new(), 0);
+    for hidden in hidden {
+        let same = old.iter().position(|before| before.accelerator.hidden() == hidden).map(|i| old.swap_remove(i));
+        // Trees of meshes that are shared serve all of them.
+        let model = old.first().or(built.first()).map(|other: &BuiltAccelerator| other.accelerator.clone());
+        let (one, is_new) = update_one(stage, (share, of_picture), geometry, (same, model), hidden)?;
+        count += u32::from(is_new);
+        built.push(one);
+    }
+    let all = built.iter().map(|built| built.accelerator.clone()).collect();
+    stage.derived.accelerators = built;
+    Ok((all, count))
+}
+
+/// One of them; `before` is the one that hides the same, if there is one, and any other.
+fn update_one(
+    stage: &Stage,
+    (share, of_picture): (SampleSubset, f64),
+    geometry: &Arc<Geometry>,
+    (before, other): (Option<BuiltAccelerator>, Option<Arc<Accelerator>>),
+    hidden: &HiddenPrimitives,
+) -> Result<(BuiltAccelerator, bool), Diagnostic> {
     let settings = stage.settings();
     let key = AccelKey { choice: settings.accel, density: settings.grid_density };
     let rays = rays_of(&settings);
     let now = rays * of_picture / f64::from(share.of);
     let at_most = rays * f64::from(stage.frames_left);
-    let before = stage.derived.accelerator.take();
     // One that lasted so long is expected to last as long again, and the first one as long as there are frames.
     let expected = before.as_ref().map_or(at_most, |before| before.served.max(now).min(at_most));
     let fits = |built: &BuiltAccelerator| {
@@ -46,17 +70,16 @@ pub fn update(
         Some(before) if !is_new => before,
         before => {
             check_memory(geometry.len() as u64, settings.accel)?;
-            let known = before.as_ref().map(|before| &*before.accelerator);
-            let accelerator = Accelerator::rebuild(geometry, key.choice, key.density, expected, known);
+            let known = before.as_ref().map(|before| &*before.accelerator).or(other.as_deref());
+            let (choice, density) = (key.choice, key.density);
+            let accelerator = Accelerator::rebuild(geometry, choice, density, expected, known, hidden.clone());
             // A tree that was only refitted goes on serving; a new one starts to.
             let served = before.filter(|_| accelerator.is_fitted()).map_or(0.0, |before| before.served);
             BuiltAccelerator { geometry: Arc::downgrade(geometry), key, accelerator: Arc::new(accelerator), served }
         }
     };
     built.served += now;
-    let accelerator = built.accelerator.clone();
-    stage.derived.accelerator = Some(built);
-    Ok((accelerator, is_new))
+    Ok((built, is_new))
 }
 
 /// Bytes that an accelerator takes for each primitive while it is built: what is sorted, and what comes of it. Measured

@@ -224,9 +224,9 @@ fn touch(stage: &mut Stage, index: usize, now: Option<&Component>, kind: Kind) {
             }
         }
         Role::Shape | Role::Deformation => stage.revisions.shapes += 1,
-        // Textures and lights are taken from the World for every frame.
+        // Textures, lights and who sees what are taken from the World for every frame.
         Role::Surface if kind != MaterialName::KIND => {}
-        Role::Light | Role::View | Role::Source => {}
+        Role::Light | Role::Visibility | Role::Linking | Role::View | Role::Source => {}
         Role::Surface => {
             stage.revisions.shapes += 1;
             stage.derived.unresolved.push(index);

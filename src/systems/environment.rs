@@ -4,11 +4,14 @@
 
 use std::sync::Arc;
 
+use super::origin::render_origin;
 use super::stage::Stage;
 use super::textures;
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
-use crate::components::{Daylight, Render};
+use crate::components::{Daylight, Integrator, Render};
 use crate::trace::light::environment::{Environment, EnvironmentMap, daylight_map};
+use crate::trace::material::FogMedium;
+use crate::trace::primitive::Bounds;
 
 /// The environment that the settings ask for, from the file that was loaded for it; what sampling needs of it, if it is
 /// to be `sampled`, is kept with it.
@@ -42,6 +45,20 @@ pub fn update(stage: &mut Stage, settings: &Render, sampled: bool) -> Result<Opt
     }
     stage.derived.environment = Some((key, kept.clone()));
     Ok(Some(kept))
+}
+
+/// The fog that the settings ask for, in the space that is traced.
+pub fn fog(stage: &Stage, settings: &Render) -> Option<FogMedium> {
+    let fog = settings.fog.as_ref().filter(|fog| fog.density > 0.0)?;
+    let origin = render_origin(stage);
+    let bounds = fog.bounds.map(|corners| Bounds::around(&corners.map(|corner| (corner - origin).as_vec3())));
+    Some(FogMedium {
+        density: fog.density as f32,
+        color: fog.color.as_vec3(),
+        anisotropy: fog.anisotropy as f32,
+        bounds,
+        scatters: settings.integrator == Integrator::Path,
+    })
 }
 
 /// The environment of a clear sky, kept while that stays the same.

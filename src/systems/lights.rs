@@ -5,10 +5,13 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::hierarchy::Placement;
 use super::origin::{relative, render_origin};
 use super::stage::Stage;
+use super::visibility::RayVisibility;
 use crate::base::diagnostics::Diagnostic;
 use crate::base::math::sin_cos_degrees;
-use crate::components::{AreaLight, ComponentType, DirectionalLight, Falloff, Kind, PointLight, Render, SpotLight};
-use crate::trace::light::{Lamp, LampCone};
+use crate::components::{
+    AreaLight, ComponentType, DirectionalLight, Falloff, Kind, PointLight, Render, SpotLight, Visible,
+};
+use crate::trace::light::{Lamp, LampCone, LightLinking};
 use crate::trace::material::ShadingParams;
 
 /// What emits light and can have a light group of its own.
@@ -70,14 +73,14 @@ impl LightGroups {
 }
 
 /// Every light of the World, in authored order; point and spot lights are widened by the setting `light_size`.
-pub fn lights(stage: &Stage, groups: &LightGroups) -> Result<Vec<Lamp>, Diagnostic> {
+pub fn lights(stage: &Stage, groups: &LightGroups, visibility: &RayVisibility) -> Result<Vec<Lamp>, Diagnostic> {
     let widened = stage.settings().light_size;
     let origin = render_origin(stage);
     let mut lights = Vec::new();
     type Near<'q> = hecs::Or<&'q PointLight, &'q AreaLight>;
     type Aimed<'q> = hecs::Or<&'q SpotLight, &'q DirectionalLight>;
-    type Parts<'q> = (hecs::Or<Near<'q>, Aimed<'q>>, Option<&'q Placement>);
-    stage.for_each_in_order::<Parts>(|index, (found, placement)| {
+    type Parts<'q> = (hecs::Or<Near<'q>, Aimed<'q>>, Option<&'q Placement>, Option<&'q Visible>);
+    stage.for_each_in_order::<Parts>(|index, (found, placement, visible)| {
         let map = relative(placement, origin);
         let (near, aimed) = found.split();
         let (point, area) = near.map_or((None, None), hecs::Or::split);
@@ -88,7 +91,15 @@ pub fn lights(stage: &Stage, groups: &LightGroups) -> Result<Vec<Lamp>, Diagnost
             spot.map(|light| (SpotLight::KIND, of_spot(light, &map, widened))),
             distant.map(|light| (DirectionalLight::KIND, of_directional(light, &map))),
         ];
-        lights.extend(all.into_iter().flatten().map(|(kind, light)| groups.assign_light(index, kind, light)));
+        let linking = visibility.of_lamp(index);
+        lights.extend(all.into_iter().flatten().map(|(kind, light)| {
+            let lamp = Lamp { linking, ..groups.assign_light(index, kind, light) };
+            visible.map_or(lamp, |visible| Lamp {
+                visible: visible.camera.unwrap_or(lamp.visible),
+                reflected: visible.reflection,
+                ..lamp
+            })
+        }));
         Ok(())
     })?;
     // A light that a transform has left without a direction lights nothing.
@@ -134,6 +145,8 @@ fn lamp(center: DVec3, edges: [DVec3; 2], color: DVec3, falloff: Falloff) -> Lam
         distant: false,
         inverse_square: falloff == Falloff::InverseSquare,
         visible: false,
+        reflected: true,
+        linking: LightLinking::default(),
         group: 0,
     }
 }

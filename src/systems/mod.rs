@@ -36,10 +36,11 @@ mod stage;
 mod static_camera;
 mod textures;
 mod tiles;
+mod visibility;
 
 pub use animate::{Undo, animate, undo};
 pub use collect::collect;
-pub use contacts::{ContactNudges, contact_nudges};
+pub use contacts::{ContactNudges, contact_nudges, contacts_left_out};
 pub use hierarchy::update as update_hierarchy;
 pub use lights::{EmitterId, LightGroups};
 pub use origin::origin_for;

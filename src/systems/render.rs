@@ -11,6 +11,7 @@ use super::lights::LightGroups;
 use super::stage::{DerivedCache, Stage};
 use super::static_camera::{CachedTile, StaticCameraCache};
 use super::tiles::TileGrid;
+use super::visibility::RayVisibility;
 use super::{accelerate, environment, extract, hierarchy, lens, lights, origin, textures};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::{Integrator, Render};
@@ -18,13 +19,14 @@ use crate::film::{
     AccumulatorOptions, CaughtShadow, CaughtSum, DenoisePixel, Film, FilterTable, PixelAccumulator, PixelBounds,
     denoise,
 };
+use crate::trace::accel::Accelerator;
 use crate::trace::counters::Counters;
 use crate::trace::integrator;
 use crate::trace::integrator::photon::{PhotonCache, PhotonPass, ProgressiveState};
 use crate::trace::integrator::{Estimator, SampleSubset};
 use crate::trace::light::Lights;
 use crate::trace::simd::Width;
-use crate::trace::wavefront::{RenderContext, Settings, Worker, any_has_holes};
+use crate::trace::wavefront::{RayAccelerators, RenderContext, Settings, Worker, any_has_holes};
 
 /// What one frame cost.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -247,8 +249,10 @@ pub fn render_samples(
     let environment = environment::update(stage, &settings, resolved.follows_paths())?;
     let [_, [width, height]] = settings.pixel_bounds();
     let of_picture = partial.band.map_or(1.0, |band| band.count() as f64 / (f64::from(width) * f64::from(height)));
-    let (accelerator, is_new) = accelerate::update(stage, share, of_picture, &geometry)?;
-    partial.stats.builds += u32::from(is_new);
+    let visibility = RayVisibility::new(stage, &geometry)?;
+    let (accelerators, built) = accelerate::update(stage, share, of_picture, &geometry, &visibility.hidden)?;
+    let shadow: Vec<&Accelerator> = visibility.shadow.iter().map(|set| &*accelerators[*set]).collect();
+    partial.stats.builds += built;
     let mut camera = lens::camera_rays(stage, settings.size)?;
     if !resolved.lens {
         camera = camera.pinhole();
@@ -257,14 +261,20 @@ pub fn render_samples(
     let bindings = textures::texture_bindings(stage)?;
     let mut materials = extract::materials(stage);
     partial.light_groups.assign_materials(&mut materials);
-    let lights = Lights::new(lights::lights(stage, &partial.light_groups)?, &geometry, &materials)
+    let lights = Lights::new(lights::lights(stage, &partial.light_groups, &visibility)?, &geometry, &materials)
         .under(environment.as_ref(), &geometry)
         .environment_in_group(environment_group)
+        .linked(visibility.links.clone())
         .chosen_by(settings.light_sampler);
+    let fog = environment::fog(stage, &settings);
     let filter = FilterTable::new(settings.filter, settings.filter_width());
     let context = RenderContext {
         geometry: &geometry,
-        accelerator: &accelerator,
+        accelerators: RayAccelerators {
+            camera: &accelerators[visibility.camera],
+            scattered: &accelerators[visibility.scattered],
+            shadow: &shadow,
+        },
         materials: &materials,
         lights: &lights,
         textures: &bindings,
@@ -272,6 +282,7 @@ pub fn render_samples(
         origin: origin::render_origin(stage).as_vec3(),
         motion: before.as_ref(),
         environment: environment.as_ref(),
+        fog: fog.as_ref(),
         settings: &resolved,
         holes: any_has_holes(&materials),
         glass: materials.iter().any(|material| material.is_clear()),
@@ -323,7 +334,7 @@ pub fn render_samples(
         stats.reuse_bytes = shelf.bytes();
     }
     stats.tiles = accumulators.tiles.len() / accumulators.passes;
-    stats.accel = accelerator.name();
+    stats.accel = accelerators[visibility.camera].name();
     stats.build_seconds += (built - start).as_secs_f64();
     stats.render_seconds += built.elapsed().as_secs_f64();
     Ok(true)

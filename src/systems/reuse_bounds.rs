@@ -10,7 +10,8 @@ use super::contacts::{ContactNudges, contact_nudges};
 use super::deform;
 use super::hierarchy::Placement;
 use super::origin::{relative, render_origin};
-use super::stage::{AuthoredIndex, MaterialIndex, Stage, get};
+use super::stage::{AuthoredIndex, MaterialIndex, Stage, Tags, get};
+use super::visibility::has_links;
 use crate::base::digest::{Digest, Hasher};
 use crate::components::content::{feed_component, feed_record};
 use crate::components::*;
@@ -79,6 +80,11 @@ fn reuse_bounds_with(stage: &Stage, nudges: &ContactNudges, index: usize, feed: 
         *nudge * placement
     });
     let (mut place, mut mesh, mut everywhere): (Option<Kdop>, _, _) = (None, None, false);
+    if has_links(stage)
+        && let Ok(tags) = stage.world.get::<&Tags>(entity)
+    {
+        tags.0.iter().for_each(|tag| hasher.text(tag));
+    }
     // What cannot be bent ends the frame with an error.
     let bent = deform::now(stage, index).ok().flatten();
     if let Some(bent) = &bent {
@@ -89,7 +95,7 @@ fn reuse_bounds_with(stage: &Stage, nudges: &ContactNudges, index: usize, feed: 
         match component.kind().role() {
             // Where the entity is at the moment is in its placement; what it did before is not.
             Role::Placement => everywhere |= component.kind() == Kind::Motion,
-            Role::Light => everywhere = true,
+            Role::Light | Role::Linking => everywhere = true,
             Role::Surface => {
                 let number = stage.world.get::<&MaterialIndex>(entity).ok();
                 let number = number.filter(|_| component.kind() == MaterialName::KIND).map(|number| number.0 as usize);
@@ -124,7 +130,7 @@ fn reuse_bounds_with(stage: &Stage, nudges: &ContactNudges, index: usize, feed: 
                 }
             }
             // What bends it is in its digest.
-            Role::Deformation | Role::View | Role::Source => {}
+            Role::Deformation | Role::Visibility | Role::View | Role::Source => {}
         }
     }
     let digest = hasher.finish();
@@ -162,13 +168,16 @@ pub fn affected_entities(stage: &Stage, edits: &[Edit]) -> Option<BTreeSet<usize
     let mut materials = BTreeSet::new();
     for edit in edits {
         match edit {
-            Edit::Put { entity, .. } | Edit::Take { entity, .. } | Edit::Despawn { entity } => {
+            Edit::Put { entity, .. }
+            | Edit::Take { entity, .. }
+            | Edit::Tags { entity, .. }
+            | Edit::Despawn { entity } => {
                 found.insert(*entity);
             }
             Edit::Material { index, .. } => drop(materials.insert(*index)),
             // The numbers of materials are part of a picture's layers.
             Edit::AddMaterial { .. } => return None,
-            Edit::Camera(_) | Edit::Cameras(_) | Edit::Render(_) | Edit::Tags { .. } | Edit::Spawn(_) => {}
+            Edit::Camera(_) | Edit::Cameras(_) | Edit::Render(_) | Edit::Spawn(_) => {}
         }
     }
     if !materials.is_empty() {
@@ -248,6 +257,9 @@ mod tests {
             | Component::AreaLight(_)
             | Component::SpotLight(_)
             | Component::DirectionalLight(_)
+            | Component::Visible(_)
+            | Component::LightLink(_)
+            | Component::ShadowLink(_)
             | Component::Viewpoint(_) => Vec::new(),
         }
     }

@@ -1,7 +1,6 @@
 //! Shapes -> primitives: one implementation for each shape.
 
 use glam::{DAffine3, DVec3, Vec2, Vec3};
-use rustc_hash::FxHashMap;
 
 use super::deform::Deformed;
 use super::extract::{ExtractShape, Extraction, ShapePlacement};
@@ -127,7 +126,7 @@ impl ExtractShape for Mesh {
             let Piece { data, smooth, .. } = piece;
             let is_plain = data.colors.is_empty() && data.second_uvs.is_empty();
             // Only of bodies that light goes through it matters.
-            let is_closed = !placed.is_flat() && out.is_transparent(&placed) && encloses(data);
+            let is_closed = !placed.is_flat() && out.is_transparent(&placed) && data.encloses();
             let placed = placed.enclosing(is_closed);
             if placed.is_flat() {
                 out.geometry.push_mesh(placed.tag(false), data, false, &placed.map);
@@ -140,23 +139,6 @@ impl ExtractShape for Mesh {
             }
         }
     }
-}
-
-/// Whether the triangles of a mesh enclose an inside: every edge is run along once each way. Vertices in one place count as
-/// one.
-fn encloses(data: &MeshData) -> bool {
-    let place = |i: u32| data.vertices[i as usize].to_array().map(|x| (x + 0.0).to_bits());
-    let mut open: FxHashMap<([u32; 3], [u32; 3]), i32> = FxHashMap::default();
-    for [a, b, c] in data.triangles.iter().map(|triangle| triangle.map(place)) {
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            if from < to {
-                *open.entry((from, to)).or_default() += 1;
-            } else {
-                *open.entry((to, from)).or_default() -= 1;
-            }
-        }
-    }
-    open.values().all(|runs| *runs == 0)
 }
 
 /// The map of a mesh for its points, which count from its own origin.

@@ -106,7 +106,8 @@ pub(super) struct DerivedCache {
     /// Entities whose material names changed since their material numbers were looked up.
     pub unresolved: Vec<usize>,
     pub geometry: Option<(GeometryKey, Arc<Geometry>)>,
-    pub accelerator: Option<BuiltAccelerator>,
+    /// One for each set of primitives that some rays do not meet.
+    pub accelerators: Vec<BuiltAccelerator>,
     /// The environment that was prepared last.
     pub environment: Option<(EnvironmentKey, Environment)>,
     /// The clear sky that was worked out last.

@@ -236,7 +236,7 @@ fn a_tree_is_as_good_as_the_rays_that_are_expected_are_worth() {
     entities.push(EntityDesc::new([transform.into(), Mesh { data: sheet(), ..Mesh::default() }.into()]));
     let few = Scene { entities, render: Render { samples: 1, ..scene().render }, ..scene() };
     let many = Scene { render: Render { samples: 64, ..scene().render }, ..few.clone() };
-    let is_fast = |stage: &Stage| stage.derived.accelerator.as_ref().unwrap().accelerator.is_outgrown(f64::INFINITY);
+    let is_fast = |stage: &Stage| stage.derived.accelerators.first().unwrap().accelerator.is_outgrown(f64::INFINITY);
     let after = |scene: &Scene, pictures: u32| {
         let mut stage = spawn(scene.clone()).unwrap();
         stage.set_frames_left(pictures);
@@ -268,7 +268,7 @@ fn a_mesh_that_many_entities_use_is_stored_once() {
     let mut stage = spawn(Scene { entities, ..scene() }).unwrap();
     film(&mut stage);
     let (_, geometry) = stage.derived.geometry.as_ref().unwrap();
-    let BuiltAccelerator { accelerator, .. } = stage.derived.accelerator.as_ref().unwrap();
+    let BuiltAccelerator { accelerator, .. } = stage.derived.accelerators.first().unwrap();
     assert_eq!((geometry.len(), geometry.prototypes().len(), geometry.instances().len()), (10_000, 1, 10_000));
     let bytes = accelerator.bytes() + size_of_val(&data.triangles[..]);
     assert!(bytes < 10_000 * 1_000, "{bytes}");

@@ -36,8 +36,8 @@ pub fn missing_images(stage: &Stage) -> Vec<FileRequest> {
     let mut missing: Vec<FileRequest> = Vec::new();
     let decodes = decodes_colors(stage);
     let mut add = |texture: &Texture, coloured: bool, subject: Subject, owner: &dyn Fn() -> String| {
-        let Some(file) = &texture.image else { return };
-        let (file, plane) = (file.clone(), texture.plane(coloured && decodes));
+        let Some(file) = texture.file() else { return };
+        let plane = texture.plane(coloured && decodes);
         let is_known = missing.iter().any(|one| one.file == file && one.plane == plane);
         if !is_known && !stage.files.images.0.contains_key(&(file.clone(), plane)) {
             missing.push(FileRequest { file, plane, owner: owner(), subject });
@@ -66,7 +66,7 @@ pub fn named_images(stage: &Stage) -> FxHashSet<(Text, ImagePlane)> {
     let environment = environment_key(stage).map(|(file, decoded)| (file, ImagePlane::of_colors(decoded)));
     let mut named: FxHashSet<(Text, ImagePlane)> = environment.into_iter().collect();
     let mut add = |texture: &Texture, coloured: bool| {
-        named.extend(texture.image.iter().map(|file| (file.clone(), texture.plane(coloured && decodes))));
+        named.extend(texture.file().map(|file| (file, texture.plane(coloured && decodes))));
     };
     for entity in &stage.materials {
         let Ok(material) = stage.world.get::<&Material>(*entity) else { continue };
@@ -100,9 +100,8 @@ pub fn texture_bindings(stage: &Stage) -> Result<TextureBindings, Diagnostics> {
     }
     let decodes = decodes_colors(stage);
     let layer = |texture: &Texture, coloured: bool| {
-        let image =
-            |file: &Text| stage.files.images.0.get(&(file.clone(), texture.plane(coloured && decodes))).cloned();
-        TextureLayer::new(texture, texture.image.as_ref().and_then(image))
+        let image = |file: Text| stage.files.images.0.get(&(file, texture.plane(coloured && decodes))).cloned();
+        TextureLayer::new(texture, texture.file().and_then(image))
     };
     let of_material = |entity: &hecs::Entity| {
         let material = stage.world.get::<&Material>(*entity).ok();

@@ -200,6 +200,64 @@ fn scripts_choose_mesh_files() {
     desk.anim("show.rhai -o two").fails(3, &["in frame 1: mesh of entity `m`: cannot read", "c.0009.obj"]);
 }
 
+/// Pictures of a sequence stand for moments of a texture, as if each were named.
+#[test]
+fn scripts_choose_images_of_a_sequence() {
+    let desk = Sandbox::new();
+    for (frame, level) in [(1, 40), (2, 120), (3, 250)] {
+        image::RgbImage::from_pixel(2, 2, image::Rgb([level, 20, 90]))
+            .save(desk.path(&format!("t.{frame:04}.png")))
+            .unwrap();
+    }
+    desk.write("m.obj", format!("{SQUARE}f 1 2 3 4\n"));
+    let frames = |body: &str| {
+        let material = "\"m\": (color_map: (image: \"t.####.png\"))";
+        desk.write("scene.ron", stage("mesh: (file: \"m.obj\"), material: \"m\"", material));
+        desk.write(
+            "show.rhai",
+            format!("animation(#{{ scene: \"scene.ron\", frames: 3 }});\nfn frame(s, f) {{ {body} }}"),
+        );
+        desk.anim("show.rhai -o out --force").ok();
+        let read = |i: u32| image::load_from_memory(&desk.read(&format!("out/show.{i:04}.png"))).unwrap().to_rgb8();
+        [1, 2, 3].map(read)
+    };
+    let named = frames("s.material(\"m\").color_map = #{ image: `t.000${f.number}.png` };");
+    let numbered = frames("s.material(\"m\").color_map.frame = f.number + 0.2;");
+    assert!(named == numbered && named[0] != named[1] && named[1] != named[2]);
+    assert!(frames("").iter().all(|frame| *frame == named[0]), "the first one if no number is given");
+    desk.write(
+        "show.rhai",
+        "animation(#{ scene: \"scene.ron\" });\nfn frame(s, f) { s.material(\"m\").color_map.frame = 9; }",
+    );
+    desk.anim("show.rhai -o two").fails(3, &["`color_map` of material `m`: cannot read", "t.0009.png"]);
+}
+
+/// What makes a benchmark of animated ray tracing hard stands below its plan.
+#[test]
+fn plans_of_benchmarks_measure_their_animation() {
+    let desk = Sandbox::new();
+    let keys = "k rise {\ntransl 4\n-1 0 -1 0 0 0 0\n0 0 0 0 0 0 0\n1 0 1 0 0 0 0\n2 0 2 0 0 0 0\n}\n";
+    desk.write(
+        "a.aff",
+        format!(
+            "v\nfrom 0 0 8\nat 0 0 0\nup 0 1 0\nangle 30\nhither 1\nresolution 8 8\nl 0 9 9\na 0 1 5\n{keys}\
+             f 1 0 0 1 0 0 0 1\ns 9 0 0 1\nx rise {{\ns 0 0 0 1\n}}\n"
+        ),
+    );
+    let plan = desk.anim("plan a.aff").ok().stdout;
+    assert!(
+        plan.contains("over 4 pairs of neighbouring frames") && plan.contains("50.0 % of the bodies move"),
+        "{plan}"
+    );
+    let lines = desk.anim("plan a.aff --json").ok().stdout;
+    let last: serde_json::Value = serde_json::from_str(lines.lines().last().unwrap()).unwrap();
+    assert_eq!(
+        (last["measures"]["bodies"].as_u64(), last["measures"]["bending"].as_f64()),
+        (Some(2), Some(0.0)),
+        "{last}"
+    );
+}
+
 /// A scene of meshes of every kind is the same to the byte however it is traced, and comes back as RON.
 #[test]
 fn meshes_of_several_materials_are_exact() {

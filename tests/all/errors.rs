@@ -113,7 +113,11 @@ fn what_a_script_does_to_the_scene_has_a_place() {
         sandbox.write("a.ron", "(render: (size: (4, 4)), camera: (aperture: 0.1, focus: Entity(\"a\")),\n entities: [\n  (name: \"a\", sphere: ()),\n  (name: \"b\", sphere: (), transform: (parent: \"a\")),\n ])");
         sandbox.write(
             "a.rhai",
-            format!("animation(#{{ scene: \"a.ron\" }});\nfn frame(s, f) {{\n    let x = 1;\n{body}\n}}"),
+            // Other functions, with variables of their own, stand beside it.
+            format!(
+                "animation(#{{ scene: \"a.ron\" }});\nfn frame(s, f) {{\n    let x = 1;\n{body}\n}}\n\
+                 fn setup(s) {{ let a = 1; let b = a; s.camera.fov = 30; }}\nfn helper(a) {{ let b = a; b }}"
+            ),
         );
         sandbox.anim("check a.rhai").fails(3, said);
     };

@@ -254,6 +254,10 @@ fn templates_and_rules_name_every_frame_once() {
     assert_eq!(parameters.count(), 8, "{template}");
     let chunked = sandbox.anim("farm openjd p/a.rhai --chunk-seconds 60 --for windows --to -").ok().stdout;
     assert!(chunked.contains("extensions: [TASK_CHUNKING]") && chunked.contains("powershell"), "{chunked}");
+    // Scripts of both steps are for one shell, and a path of this machine is none of another system's.
+    assert_eq!(chunked.matches("anyOf: [windows]").count(), 2, "{chunked}");
+    assert_eq!(template.matches("anyOf: [linux]").count(), 2, "{template}");
+    assert_eq!(chunked.contains("default: \"anim\""), cfg!(not(windows)), "{chunked}");
     sandbox.anim("farm openjd p/a.rhai --frames 5,3").fails(2, &["in their order"]);
     sandbox.write("p/b.rhai", SCRIPT.replace("30)", "30) + param(\"label\", \"\").len()"));
     sandbox.anim("farm openjd p/b.rhai -D label=\"x\" --for windows").fails(2, &["double quote"]);

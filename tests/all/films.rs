@@ -134,7 +134,7 @@ fn frames_that_are_no_sequence_are_explained_and_leave_no_film() {
     desk.anim("film f -o a.gif --spp 4").fails(2, &["finished frames"]);
     desk.anim("film nothing.####.png -o a.gif").fails(3, &["no numbered frames"]);
     std::fs::remove_file(desk.path("f/a.0004.png")).unwrap();
-    desk.anim("film f -o a.gif").fails(3, &["frame 4 is missing", "--frames"]);
+    desk.anim("film f -o a.gif").fails(3, &["f/a.####.png: frame 4 is missing", "--frames"]);
     desk.anim("film f -o some.gif --frames 5-12").ok();
     // Cut short, of another size, no picture at all.
     let whole = desk.read("f/a.0003.png");
@@ -204,7 +204,10 @@ mod on_unix {
         film("cat > /dev/null; echo 'No space left on device' >&2; exit 1", &["No space left on device"]);
         film("kill -9 $$", &["ffmpeg ended early"]);
         // It says that all is well, and there is no film.
-        film("cat > /dev/null; exit 0", &["0 of 12 frames"]);
+        film("cat > /dev/null; exit 0", &["0 of 12 frames and gives no reason"]);
+        // What it says of its file is said of the film.
+        let full = "cat > /dev/null; for film; do :; done; echo \"Error closing $film: disk full\" >&2; exit 0";
+        film(full, &["0 of 12 frames: Error closing the film: disk full"]);
         // The frames are there for the next try.
         assert!(desk.exists("frames/a/a.0001.png"));
     }

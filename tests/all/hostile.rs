@@ -34,6 +34,8 @@ fn cases() -> Vec<Case> {
             format!("h(1{});", many(", 1", 20_000)),
             &["a.rhai:4:1:", "called with 20001 arguments, more than 64", "a list"],
         ),
+        // Messages that would fill a screen, or a disk.
+        ("", line("let t = \"x\";\n for i in 0..16 { t += t; }\n throw t;"), &["a.rhai:6:", "xxx... (65536 letters)"]),
         // What is made of the scene.
         ("", line("let p = s.spawn(#{ name: \"p\" });\n p.parent = \"p\";"), &["a.rhai:5:4:", "in a circle"]),
         ("", line("let e = s.spawn(#{});\n s.despawn(e);\n e.yaw = 1;"), &["a.rhai:6:4:", "was removed"]),

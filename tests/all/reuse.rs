@@ -374,3 +374,28 @@ fn a_turning_piece_before_a_mirror_costs_what_sees_it() {
         assert!(all < first * 3, "{integrator}: {all} of {first} a frame");
     }
 }
+
+/// Who sees a body, its tags and the links of lamps change from frame to frame.
+#[test]
+fn what_rays_meet_and_lamps_light_changes_in_the_same_bytes() {
+    let sandbox = Sandbox::new();
+    let script = r#"animation(#{ scene: "a.ron", frames: 6 });
+        fn setup(s) { s.get("key").light_link = #{ excludes: ["shy"] }; }
+        fn frame(s, f) {
+            let b = s.get("b");
+            b.visible = f.number != 2;
+            if f.number == 3 { b.visible.shadow = false; }
+            if f.number == 4 { b.visible.camera = false; b.tags = ["shy"]; }
+            if f.number >= 5 { s.get("floor").tags = ["shy"]; s.get("fill").visible = #{ shadow: false }; }
+            if f.number == 6 { s.get("fill").shadow_link = #{ includes: ["shy"] }; }
+        }"#;
+    sandbox.write("a.ron", ROOM).write("a.rhai", script);
+    for integrator in INTEGRATORS {
+        let run = same_bytes(&sandbox, "a.rhai", &format!("--integrator {integrator} --size 32x24"));
+        // Every path of so small a room may see a body whose shadow comes and goes.
+        assert!(integrator == "path" || sum(&run, "tiles_kept") > 0, "{integrator}");
+        let plan = sandbox.anim(&format!("plan a.rhai --json --integrator {integrator} --size 32x24")).ok().stdout;
+        let hashes: std::collections::BTreeSet<&str> = plan.split('"').filter(|word| word.len() == 32).collect();
+        assert!(hashes.len() >= 6, "{plan}");
+    }
+}

@@ -110,7 +110,7 @@ fn the_guide_is_printed_and_written() {
     }
     assert!(sandbox.anim("guide script").ok().stdout.contains("along(path, t) -> vector"));
     sandbox.anim("guide scirpt").fails(2, &["did you mean `script`?"]);
-    sandbox.anim("guide --html site").ok();
+    sandbox.anim("guide --html site --no-pictures").ok();
     assert!(
         sandbox.exists("site/index.html") && sandbox.exists("site/script.html") && sandbox.exists("site/search.js")
     );
@@ -253,4 +253,86 @@ fn the_scene_may_have_any_name() {
         "{dumped}"
     );
     assert!(dumped.contains("color: (1.0, 0.0, 0.0)") && dumped.contains("fov: 30.0"), "{dumped}");
+}
+
+/// A run in the middle of a sequence goes on from a state beside the frames, if all that it follows from is as it was.
+#[test]
+fn a_simulation_goes_on_from_what_is_kept_beside_its_frames() {
+    let sandbox = Sandbox::new();
+    let script = "animation(#{ frames: 150 });
+        fn start(s) { #{ x: 0.1, size: 0.125 } }
+        fn step(state, f) {
+            import \"rules\" as rules;
+            state.x = rules::next(state.x);
+            state
+        }
+        fn frame(s, f) {
+            s.spawn(#{ sphere: #{ radius: 0.5 * f.state.x + f.state.size } });
+            s.spawn(#{ point_light: #{ position: [0, 3, 3] } });
+            s.render.size = [16, 12];
+            s.render.samples = 4;
+        }";
+    sandbox.write("rules.rhai", "fn next(x) { 3.7 * x * (1.0 - x) }").write("a.rhai", script);
+    let frames = |folder: &str| {
+        sandbox.anim(&format!("a.rhai --frames 20,149,150 -o {folder}/ --force")).ok();
+        [20, 149, 150].map(|frame| sandbox.read(&format!("{folder}/a.{frame:04}.png")))
+    };
+    let first = frames("out");
+    let kept = || sandbox.files().into_iter().filter(|file| file.starts_with("out/.anim-checkpoints/"));
+    assert_eq!(kept().count(), 3, "{:?}", kept().collect::<Vec<_>>());
+    assert!(frames("out") == first);
+    // That a state is gone on from shows where it is another one under a seal that is right.
+    let change = |file: &str, is_sealed: bool| {
+        let mut bytes = sandbox.read(file);
+        let at = bytes.windows(8).position(|bytes| bytes == 0.125f64.to_le_bytes()).unwrap();
+        bytes[at..at + 8].copy_from_slice(&0.5f64.to_le_bytes());
+        let end = bytes.len() - 16;
+        if is_sealed {
+            let seal = anim::base::digest::Digest::of(&bytes[..end]).0.to_le_bytes();
+            bytes[end..].copy_from_slice(&seal);
+        }
+        sandbox.write(file, bytes);
+    };
+    let latest = kept().find(|file| file.ends_with("-148.state")).unwrap();
+    let whole = sandbox.read(&latest);
+    change(&latest, true);
+    let others = frames("out");
+    assert!(others[0] == first[0] && others[1] != first[1] && others[2] != first[2]);
+    // Without its seal it counts as none.
+    sandbox.write(&latest, whole);
+    change(&latest, false);
+    assert!(frames("out") == first);
+    // Another module: nothing of what is there is used.
+    kept().filter(|file| *file != latest).for_each(|file| change(&file, true));
+    sandbox.write("rules.rhai", "fn next(x) { 3.6 * x * (1.0 - x) }");
+    assert!(frames("out") == frames("fresh"));
+}
+
+/// Morphs between meshes of one topology, and many places for one mesh.
+#[test]
+fn meshes_are_blended_and_put_in_many_places() {
+    let sandbox = Sandbox::new();
+    let script = |share: &str| {
+        format!(
+            "animation(#{{ frames: 2 }});
+            fn setup(s) {{
+                s.spawn(#{{ name: \"a\", mesh: torus(1, 0.1) }});
+                s.spawn(#{{ name: \"b\", mesh: torus(1, 0.5), translation: [9, 0, 0] }});
+                let places = [];
+                for i in 0..20000 {{ places.push([i, 0, 0]); }}
+                s.instances(#{{ mesh: rounded_box(0.4, 0.1) }}, places);
+            }}
+            fn frame(s, f) {{
+                let a = s.get(\"a\");
+                a.mesh = a.mesh.blend(s.get(\"b\").mesh, {share});
+                print(a.bounds.size.y);
+            }}"
+        )
+    };
+    let said = |share: &str| sandbox.write("a.rhai", script(share)).anim("plan a.rhai").ok().stderr;
+    assert!(said("0.5").contains("0.6") && said("0").contains("0.2") && said("2.0").contains("1.8"));
+    sandbox.write("a.rhai", script("0.5").replace("torus(1, 0.5)", "torus(1, 0.5, #{ sides: 9 })"));
+    sandbox.anim("plan a.rhai").fails(3, &["9216 triangles do not become", "one topology"]);
+    sandbox.write("a.rhai", script("0.5").replace("s.get(\"b\").mesh", "7"));
+    sandbox.anim("plan a.rhai").fails(3, &["expected a mesh, found the number 7"]);
 }

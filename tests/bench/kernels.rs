@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::sync::Arc;
 
 use anim::components::{Accel, MeshData};
-use anim::trace::accel::{Accelerator, TraversalScratch};
+use anim::trace::accel::{Accelerator, HiddenPrimitives, TraversalScratch};
 use anim::trace::primitive::{Geometry, PreparedRay, Tag, intersect_sphere, intersect_triangle};
 use anim::trace::sampler::{Domain, RayNode, Sampler};
 use anim::trace::simd::V3;
@@ -93,7 +93,7 @@ fn builds(c: &mut Criterion) {
         group.bench_function(choice.name(), |b| b.iter(|| Accelerator::build(&geometry, choice, 1.0)));
     }
     group.bench_function("bvh for few rays", |b| {
-        b.iter(|| Accelerator::rebuild(&geometry, Accel::Bvh, 1.0, 0.0, None));
+        b.iter(|| Accelerator::rebuild(&geometry, Accel::Bvh, 1.0, 0.0, None, HiddenPrimitives::NONE));
     });
 }
 

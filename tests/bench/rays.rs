@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use anim::components::{Accel, MeshData};
-use anim::trace::accel::{Accelerator, TraversalScratch};
+use anim::trace::accel::{Accelerator, HiddenPrimitives, TraversalScratch};
 use anim::trace::primitive::{Geometry, Tag};
 use anim::trace::soa::{Hits, Ray, Rays};
 use clap::{Parser, ValueEnum};
@@ -130,7 +130,7 @@ fn main() {
     rayon::ThreadPoolBuilder::new().num_threads(args.threads).build_global().expect("one thread pool");
     let (geometry, scene_bytes) = scene(&args);
     let expected = if args.build == Build::Full { f64::INFINITY } else { 0.0 };
-    let build = || Accelerator::rebuild(&geometry, args.accel, args.density, expected, None);
+    let build = || Accelerator::rebuild(&geometry, args.accel, args.density, expected, None, HiddenPrimitives::NONE);
     let builds = (0..args.runs.min(3)).map(|_| {
         let start = Instant::now();
         std::hint::black_box(build());

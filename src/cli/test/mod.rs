@@ -41,7 +41,9 @@ Examples:
   anim test --only 'lens*' --render
   anim test --junit results.xml --json
 
-Exit codes: 0 all as it was, 1 differences found, 3 the list or a script is wrong, 5 reading or writing failed.")]
+Exit codes: 0 all as it was, 1 differences found, 3 the list or a script is wrong, 5 reading or writing failed.
+
+`anim guide golden` tells the whole story, with recipes for continuous integration.")]
 pub struct TestArguments {
     /// Lists of golden frames, or folders with a golden.ron [default: golden.ron]; with --init: scripts and scenes
     files: Vec<PathBuf>,

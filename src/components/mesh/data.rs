@@ -6,8 +6,9 @@ use std::sync::{Arc, Mutex, OnceLock};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use rustc_hash::FxHashMap;
 
+use super::check_data;
 use crate::base::digest::{Digest, Hasher};
-use crate::components::Text;
+use crate::components::{Invalid, Text};
 
 /// Vertices and triangles of a mesh, shared by all who use it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -101,6 +102,7 @@ pub(super) struct Computed {
     boxes: OnceLock<Vec<[Vec3; 2]>>,
     lacks_normals: OnceLock<bool>,
     lacks_uvs: OnceLock<bool>,
+    checked: OnceLock<Result<(), Invalid>>,
     pub pieces: Mutex<Vec<(Recipe, Arc<[Piece]>)>>,
 }
 
@@ -119,6 +121,38 @@ impl Clone for Computed {
 impl MeshData {
     /// Stands for missing texture coordinates; a number, so that equal meshes are equal.
     pub const NO_UV: Vec2 = Vec2::INFINITY;
+
+    /// Whether the triangles enclose an inside: every edge is run along once each way. Vertices in one place count as one.
+    pub fn encloses(&self) -> bool {
+        let place = |i: u32| self.vertices[i as usize].to_array().map(|x| (x + 0.0).to_bits());
+        let mut open: FxHashMap<([u32; 3], [u32; 3]), i32> = FxHashMap::default();
+        for [a, b, c] in self.triangles.iter().map(|triangle| triangle.map(place)) {
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                if from < to {
+                    *open.entry((from, to)).or_default() += 1;
+                } else {
+                    *open.entry((to, from)).or_default() -= 1;
+                }
+            }
+        }
+        open.values().all(|runs| *runs == 0)
+    }
+
+    /// Whether a point of local space is in what the triangles enclose: a line out of it goes through an odd number of
+    /// them.
+    pub fn holds(&self, point: DVec3) -> bool {
+        // No edge of what people build runs along it.
+        let way = DVec3::new(0.294_117, 0.871_331, 0.392_711);
+        let from = point - self.origin;
+        let is_met = |triangle: &&[u32; 3]| {
+            let [a, b, c] = triangle.map(|i| self.vertices[i as usize].as_dvec3() - from);
+            let sides = [a.cross(b).dot(way), b.cross(c).dot(way), c.cross(a).dot(way)];
+            let is_through = sides.iter().all(|side| *side > 0.0) || sides.iter().all(|side| *side < 0.0);
+            let normal = (b - a).cross(c - a);
+            is_through && normal.dot(a) * normal.dot(way) > 0.0
+        };
+        self.triangles.iter().filter(is_met).count() % 2 == 1 && self.encloses()
+    }
 
     /// A mesh without texture coordinates and colours. `vertices` and `normals` (as many, unit, or none) are in the
     /// space of the mesh; triangles name three vertices each, counter-clockwise as seen from the front.
@@ -151,7 +185,7 @@ impl MeshData {
         self.groups.iter().find(|set| &*set.name == name)
     }
 
-    /// The mesh on its way to another of the same triangles, `share` of 0 to 1; `None` if they are not the same.
+    /// The mesh on its way to another of the same triangles, `share` of 0 to 1 and beyond; `None` if they are not the same.
     pub fn toward(&self, other: &MeshData, share: f32) -> Option<MeshData> {
         let is_same = self.triangles == other.triangles
             && self.vertices.len() == other.vertices.len()
@@ -186,6 +220,11 @@ impl MeshData {
         } else {
             &self.normals
         }
+    }
+
+    /// Whether all of it is in range: looked at once, however many entities share it.
+    pub(super) fn checked(&self) -> Result<(), Invalid> {
+        self.computed.checked.get_or_init(|| check_data(self)).clone()
     }
 
     /// Whether some vertices have no shading normal, though others do.

@@ -205,26 +205,7 @@ impl Check for Mesh {
         let data = &self.data;
         self.crease_angle.map_or(Ok(()), |angle| between("crease_angle", angle, 0.0, 180.0))?;
         self.frame.map_or(Ok(()), |frame| between("frame", frame, 0.0, 1e9))?;
-        data.vertices.iter().try_for_each(|v| position("vertices", v.as_dvec3()))?;
-        data.normals.iter().try_for_each(|n| position("normals", n.as_dvec3()))?;
-        let count = data.vertices.len();
-        if let Some(index) = data.triangles.iter().flatten().find(|i| **i as usize >= count) {
-            let message = format!("vertex {index} of `triangles` does not exist; there are {count}, numbered from 0");
-            return fail("triangles", message);
-        }
-        let given = data.uvs.iter().filter(|uv| **uv != MeshData::NO_UV);
-        given.into_iter().try_for_each(|t| position("uvs", t.as_dvec2().extend(0.0)))?;
-        data.colors.iter().flat_map(|c| c.to_array()).try_for_each(|x| between("colors", x.into(), 0.0, 1e9))?;
-        let per_vertex = [
-            ("normals", "normals", data.normals.len()),
-            ("uvs", "texture coordinates", data.uvs.len()),
-            ("colors", "colours", data.colors.len()),
-        ];
-        for (field, what, there) in per_vertex {
-            if there != 0 && there != count {
-                return fail(field, format!("{there} {what} for {count} vertices: one each, or none"));
-            }
-        }
+        data.checked()?;
         match &self.group {
             Some(group) if !data.triangles.is_empty() && data.group(group).is_none() => {
                 let help = suggestion(group, data.groups.iter().map(|set| &*set.name));
@@ -236,6 +217,32 @@ impl Check for Mesh {
     }
 }
 
+/// What of the data can be out of range.
+fn check_data(data: &MeshData) -> Result<(), Invalid> {
+    let fail = |field, message| Err(Invalid { field, message });
+    data.vertices.iter().try_for_each(|v| position("vertices", v.as_dvec3()))?;
+    data.normals.iter().try_for_each(|n| position("normals", n.as_dvec3()))?;
+    let count = data.vertices.len();
+    if let Some(index) = data.triangles.iter().flatten().find(|i| **i as usize >= count) {
+        let message = format!("vertex {index} of `triangles` does not exist; there are {count}, numbered from 0");
+        return fail("triangles", message);
+    }
+    let given = data.uvs.iter().filter(|uv| **uv != MeshData::NO_UV);
+    given.into_iter().try_for_each(|t| position("uvs", t.as_dvec2().extend(0.0)))?;
+    data.colors.iter().flat_map(|c| c.to_array()).try_for_each(|x| between("colors", x.into(), 0.0, 1e9))?;
+    let per_vertex = [
+        ("normals", "normals", data.normals.len()),
+        ("uvs", "texture coordinates", data.uvs.len()),
+        ("colors", "colours", data.colors.len()),
+    ];
+    for (field, what, there) in per_vertex {
+        if there != 0 && there != count {
+            return fail(field, format!("{there} {what} for {count} vertices: one each, or none"));
+        }
+    }
+    Ok(())
+}
+
 impl Shape for Mesh {
     fn reach(&self) -> Reach {
         if self.data.vertices.is_empty() { Reach::Empty } else { Reach::Finite }
@@ -244,6 +251,9 @@ impl Shape for Mesh {
         let of_box = |corners: &[Vec3; 2]| support_of_box(corners.map(|corner| corner.as_dvec3()), direction);
         let farthest = self.data.boxes().iter().map(of_box).fold(f64::NEG_INFINITY, f64::max);
         farthest + self.data.origin.dot(direction)
+    }
+    fn holds(&self, point: DVec3) -> bool {
+        self.pieces().iter().any(|piece| piece.data.holds(point))
     }
     fn primitive_count(&self) -> usize {
         self.data.triangles.len()

@@ -263,7 +263,7 @@ pub fn complete(
 ) -> Material {
     let mut material = brought.material.clone();
     for (slot, texture, warning) in &brought.maps {
-        let Some(file) = &texture.image else { continue };
+        let Some(file) = &texture.file() else { continue };
         let colored = matches!(slot, Slot::Color | Slot::Specular | Slot::Emission);
         let plane = texture.plane(colored && curved);
         let picture = match image::fetch(images, &scene.base, file, plane) {

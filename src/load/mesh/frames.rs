@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::adopt;
 use super::{Loaded, load};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
+use crate::base::files::numbered;
 use crate::base::limits;
 use crate::components::*;
 
@@ -39,13 +40,6 @@ impl SequencePosition {
         let next = (rest > 0.0).then(|| (numbered(whole + 1.0), rest));
         Some(SequencePosition { file: numbered(whole), next })
     }
-}
-
-/// A file's name with a number in place of its last run of `#`, with as many digits at least.
-pub fn numbered(name: &str, number: u64) -> String {
-    let Some(end) = name.rfind('#').map(|i| i + 1) else { return name.to_string() };
-    let start = name[..end].trim_end_matches('#').len();
-    format!("{}{number:0width$}{}", &name[..start], &name[end..], width = end - start)
 }
 
 /// A mesh on its way from one to the next, as far as it is one mesh that moves.
@@ -201,13 +195,6 @@ fn put_data(edit: &mut Edit, data: Arc<MeshData>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_take_the_place_of_hashes() {
-        assert_eq!(numbered("a.####.obj", 12), "a.0012.obj");
-        assert_eq!(numbered("a#1/b_##.ply", 123), "a#1/b_123.ply");
-        assert_eq!(numbered("plain.obj", 7), "plain.obj");
-    }
 
     #[test]
     fn a_sequence_goes_from_file_to_file() {

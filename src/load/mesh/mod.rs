@@ -22,7 +22,7 @@ use crate::base::project::{FileRole, Folder};
 use crate::base::{files, limits};
 use crate::components::*;
 use adopt::Adopted;
-pub use frames::{MeshFiles, numbered};
+pub use frames::MeshFiles;
 use frames::{SequencePosition, between};
 use source::{Notes, SourceFile};
 

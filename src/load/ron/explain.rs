@@ -222,9 +222,13 @@ impl Explainer<'_> {
                     continue;
                 }
             }
-            if name == "daylight" && !child.value.children.is_empty() {
+            if ["daylight", "fog"].contains(&name) && !child.value.children.is_empty() {
                 let before = self.found.0.len();
-                self.record::<Daylight>(&child.value, &format!("`daylight` of {owner}"));
+                let part = format!("`{name}` of {owner}");
+                match name {
+                    "fog" => drop(self.record::<Fog>(&child.value, &part)),
+                    _ => drop(self.record::<Daylight>(&child.value, &part)),
+                }
                 if self.found.0.len() > before {
                     continue;
                 }

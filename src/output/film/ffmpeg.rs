@@ -166,12 +166,18 @@ impl FfmpegEncoder {
     fn complaint(&mut self) -> Error {
         self.pipe = None;
         let status = self.child.wait();
-        let said = self.said.take().and_then(|said| said.join().ok()).unwrap_or_default();
+        let said = self.said();
         let lines: Vec<&str> = said.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
         let shown = lines[lines.len().saturating_sub(SHOWN)..].join("; ");
         let how = status.map_or_else(|error| error.to_string(), |status| status.to_string());
         let shown = if shown.is_empty() { "it gave no reason".into() } else { shown };
         Error::other(format!("ffmpeg ended early ({how}): {shown}"))
+    }
+
+    /// All that ffmpeg said, once it has ended, without the temporary name of the film.
+    fn said(&mut self) -> String {
+        let said = self.said.take().and_then(|said| said.join().ok()).unwrap_or_default();
+        said.replace(&*self.film.to_string_lossy(), "the film")
     }
 }
 
@@ -244,10 +250,9 @@ impl FilmEncoder for FfmpegEncoder {
         // A film that came out short is no success, whatever the exit code says.
         let frames = read_film_info(&self.film).ok().flatten().map_or(0, |info| info.frames);
         if frames != self.written {
-            let said = self.said.take().and_then(|said| said.join().ok()).unwrap_or_default();
-            let said = said.lines().last().map_or(String::new(), |line| format!(": {line}"));
-            let all = self.written;
-            return Err(Error::other(format!("ffmpeg has written {frames} of {all} frames and no error{said}")));
+            let (said, all) = (self.said(), self.written);
+            let said = said.lines().last().map_or(" and gives no reason".into(), |line| format!(": {}", line.trim()));
+            return Err(Error::other(format!("ffmpeg has written {frames} of {all} frames{said}")));
         }
         Ok(())
     }

@@ -91,7 +91,8 @@ impl Reel {
 
     fn lacks(&self, missing: &[u32]) -> Diagnostic {
         let are = if missing.len() == 1 { "frame" } else { "frames" };
-        let what = format!("{}: {are} {} missing", self.pattern, ranges(missing));
+        let folder = self.frames.first().and_then(|(_, file)| file.parent()).unwrap_or(Path::new(""));
+        let what = format!("{}: {are} {} missing", folder.join(&self.pattern).display(), ranges(missing));
         Diagnostic::error(what).help("render what is missing, or choose what to show with --frames")
     }
 }

@@ -121,6 +121,6 @@ impl Autopsy<'_> {
             return nothing;
         }
         worker.probe(probing)?;
-        worker.call(scene, time, self.project, &journal).map(|edits| edits.map(drop))
+        worker.call((scene, None), time, self.project, &journal).map(|edits| edits.map(drop))
     }
 }

@@ -28,6 +28,7 @@ mod server;
 mod worker;
 
 pub use pool::{HostPool, Opened};
+pub use protocol::MadeStates;
 pub use server::serve;
 
 use std::ffi::OsString;

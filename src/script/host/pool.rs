@@ -8,14 +8,16 @@ pub use super::protocol::Opened;
 
 use super::HostCommand;
 use super::autopsy::{self, Autopsy, SentCall};
-use super::protocol::Opening;
+use super::protocol::{MadeStates, Opening};
 use super::worker::{Death, HostWorker, SentScene};
 use crate::base::diagnostics::{Diagnostics, Place, Subject};
+use crate::base::digest::{Digest, Hasher};
 use crate::base::project::Project;
 use crate::components::{Edit, Scene};
 use crate::script::Moment;
 use crate::script::allowance::Allowance;
 use crate::script::said::Journal;
+use crate::script::simulation::NumberedStates;
 
 /// One script, open in some processes.
 pub struct HostPool {
@@ -27,9 +29,14 @@ pub struct HostPool {
     scene: Mutex<Option<Arc<SentScene>>>,
     /// Ends that were looked into.
     looked_into: AtomicU32,
+    /// States of a simulation that were made before, and the scene that they were made from.
+    resumed: Mutex<Option<ResumedStates>>,
     /// What calls of the script may use.
     allowance: Allowance,
 }
+
+/// States by their numbers, and the scene that they were made from.
+type ResumedStates = (Arc<Scene>, Arc<NumberedStates>);
 
 /// Ends of processes whose lines are looked for: the others, most likely, are the same again.
 const LOOKED_INTO: u32 = 2;
@@ -64,6 +71,7 @@ impl HostPool {
             idle: Mutex::default(),
             scene: Mutex::default(),
             looked_into: AtomicU32::new(0),
+            resumed: Mutex::default(),
             allowance: Allowance::default(),
         };
         pool.allowance.define(defines)?;
@@ -85,7 +93,9 @@ impl HostPool {
             Some(worker) => worker,
             None => self.another(journal)?.0,
         };
-        match worker.call(&scene, time, &self.project, journal) {
+        let resumed = lock(&self.resumed).clone().filter(|(known, _)| Arc::ptr_eq(known, &scene.scene));
+        let states = resumed.as_ref().map(|(_, states)| &**states);
+        match worker.call((&scene, states), time, &self.project, journal) {
             Ok(outcome) => {
                 lock(&self.idle).push(worker);
                 outcome
@@ -104,6 +114,36 @@ impl HostPool {
         let place = worker.place_of(&scene, time, subject, &self.project, &journal).ok()?;
         lock(&self.idle).push(worker);
         place.ok().flatten()
+    }
+
+    /// The digest of what states of a simulation follow from, beside the files that the script reads.
+    pub fn simulation_key(&self, scene: &Arc<Scene>) -> Digest {
+        let mut hasher = Hasher::default();
+        hasher.text(&self.opening.version);
+        hasher.text(&self.opening.path.to_string_lossy());
+        for (name, value) in &self.opening.defines {
+            hasher.text(name);
+            hasher.text(value);
+        }
+        hasher.digest(self.sent(scene).digest());
+        hasher.finish()
+    }
+
+    /// Lets simulations from a scene go on from states that were made before.
+    pub fn resume(&self, scene: &Arc<Scene>, states: NumberedStates) {
+        *lock(&self.resumed) = Some((scene.clone(), Arc::new(states)));
+    }
+
+    /// The states of these numbers that were made from a scene, and what the script has read.
+    pub fn states(&self, scene: &Arc<Scene>, steps: &[u64]) -> MadeStates {
+        let (scene, journal, mut all) = (self.sent(scene), Journal::new(""), MadeStates::default());
+        for worker in lock(&self.idle).iter_mut() {
+            if let Ok(Ok(made)) = worker.states(&scene, steps, &self.project, &journal) {
+                all.states.extend(made.states);
+                all.read.extend(made.read);
+            }
+        }
+        all
     }
 
     fn another(&self, journal: &Journal) -> Result<(HostWorker, Opened), Diagnostics> {

@@ -5,12 +5,14 @@ use std::path::PathBuf;
 
 use crate::base::codec::{Codec, Decoder, Encoder, Malformed};
 use crate::base::diagnostics::{Diagnostics, Place, ScenePart};
+use crate::base::digest::Digest;
 use crate::base::limits;
-use crate::base::project::FileRole;
+use crate::base::project::{FileRole, ReadFile};
 use crate::base::rate::Rate;
 use crate::components::Kind;
 use crate::script::Moment;
 use crate::script::said::Remarks;
+use crate::script::simulation::NumberedStates;
 use crate::script::time::{Header, TimeMode};
 
 /// What the program asks for.
@@ -21,6 +23,10 @@ pub enum Request {
     Scene,
     /// Call `setup`, or `frame` at a time; answered with edits.
     Call(Option<Moment>),
+    /// States of its simulation that were made before, by their numbers; not answered.
+    Resume(NumberedStates),
+    /// States of these numbers, as far as they were made; answered with [`MadeStates`].
+    States(Vec<u64>),
     /// How what follows is to be run.
     Probe(Probing),
     /// Where a call writes to a part of the scene; answered with a place, if there is one.
@@ -55,6 +61,17 @@ pub struct Opened {
     pub has_setup: bool,
     /// Where the script names its scene.
     pub place_of_scene: Place,
+    /// Whether it has a simulation.
+    pub simulates: bool,
+}
+
+/// States of a simulation, and what the script has read so far.
+#[derive(Default)]
+pub struct MadeStates {
+    /// By the numbers of their steps.
+    pub states: NumberedStates,
+    /// Files with what was in them.
+    pub read: Vec<(PathBuf, ReadFile)>,
 }
 
 /// What comes back.
@@ -185,6 +202,14 @@ impl Codec for Request {
                 to.put(&3u8);
                 to.put(probing);
             }
+            Request::Resume(states) => {
+                to.put(&5u8);
+                to.put(states);
+            }
+            Request::States(steps) => {
+                to.put(&6u8);
+                to.put(steps);
+            }
             Request::PlaceOf(time, part, component) => {
                 to.put(&4u8);
                 to.put(time);
@@ -204,8 +229,32 @@ impl Codec for Request {
                 let component = component.and_then(|name| Kind::parse(&name)).map(Kind::name);
                 Ok(Request::PlaceOf(time, part, component))
             }
+            5 => from.get().map(Request::Resume),
+            6 => from.get().map(Request::States),
             _ => Err(Malformed),
         }
+    }
+}
+
+impl Codec for ReadFile {
+    fn encode(&self, to: &mut Encoder) {
+        to.put(&self.role);
+        to.put(&(self.content.0 as u64));
+        to.put(&((self.content.0 >> 64) as u64));
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        let (role, low, high) = (from.get()?, from.get::<u64>()?, from.get::<u64>()?);
+        Ok(ReadFile { role, content: Digest(u128::from(low) | u128::from(high) << 64) })
+    }
+}
+
+impl Codec for MadeStates {
+    fn encode(&self, to: &mut Encoder) {
+        to.put(&self.states);
+        to.put(&self.read);
+    }
+    fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
+        Ok(MadeStates { states: from.get()?, read: from.get()? })
     }
 }
 
@@ -236,13 +285,15 @@ impl Codec for Header {
 
 impl Codec for Opened {
     fn encode(&self, to: &mut Encoder) {
-        let Opened { header, has_setup, place_of_scene } = self;
+        let Opened { header, has_setup, place_of_scene, simulates } = self;
         to.put(header);
         to.put(has_setup);
         to.put(place_of_scene);
+        to.put(simulates);
     }
     fn decode(from: &mut Decoder) -> Result<Self, Malformed> {
-        Ok(Opened { header: from.get()?, has_setup: from.get()?, place_of_scene: from.get()? })
+        let (header, has_setup) = (from.get()?, from.get()?);
+        Ok(Opened { header, has_setup, place_of_scene: from.get()?, simulates: from.get()? })
     }
 }
 

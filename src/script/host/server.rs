@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use super::confine;
-use super::protocol::{Opened, Opening, Probing, Reply, Request, receive, send};
+use super::protocol::{MadeStates, Opened, Opening, Probing, Reply, Request, receive, send};
 use crate::base::codec::{Codec, Decoder, Encoder, Malformed, SharedTable};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::base::project::{FileRole, Project};
@@ -124,6 +124,17 @@ fn work() -> io::Result<()> {
                 session.keep_new(&mut remarks);
                 say(&Reply::Done { outcome, files, remarks }, &mut session.encoder);
             }
+            Request::Resume(states) => {
+                if let Some(script) = &session.script {
+                    script.resume(&session.scene, states);
+                }
+            }
+            Request::States(steps) => {
+                let states = session.script.as_ref().map(|script| script.states(&session.scene, &steps));
+                let made = MadeStates { states: states.unwrap_or_default(), read: session.project.contents() };
+                let reply = Reply::Done { outcome: Ok(made), files: Vec::new(), remarks: Remarks::default() };
+                say(&reply, &mut session.encoder);
+            }
             Request::PlaceOf(time, part, component) => {
                 let place = |script: &Interpreter| script.place_of(&session.scene, time, part, component);
                 let outcome = bounded(session.allowance, || Ok(session.script.as_ref().and_then(place)));
@@ -206,12 +217,12 @@ impl Session {
         self.project = Arc::new(Project::new(root, allowed));
         let script = Interpreter::open(&path, &defines, &self.project, remarks)?;
         let (header, has_setup) = (script.header().clone(), script.has_setup());
-        let place_of_scene = script.place_of_scene();
+        let (place_of_scene, simulates) = (script.place_of_scene(), script.simulates());
         self.allowance = header.limits;
         confine::all_addresses();
         confine::addresses(addresses(self.allowance));
         self.script = Some(script);
-        Ok(Opened { header, has_setup, place_of_scene })
+        Ok(Opened { header, has_setup, place_of_scene, simulates })
     }
 
     /// Leaves out the parameters, if the program was told of all of them.

@@ -5,13 +5,15 @@ use std::process::{Child, ChildStdin, ChildStdout, ExitStatus};
 use std::sync::Arc;
 
 use super::HostCommand;
-use super::protocol::{Opened, Opening, Probing, Reply, Request, receive, send};
+use super::protocol::{MadeStates, Opened, Opening, Probing, Reply, Request, receive, send};
 use crate::base::codec::{Codec, Decoder, Encoder, Malformed, SharedTable};
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, Place, Subject};
+use crate::base::digest::Digest;
 use crate::base::project::Project;
 use crate::components::{Edit, Scene};
 use crate::script::Moment;
 use crate::script::said::{Journal, When};
+use crate::script::simulation::NumberedStates;
 
 /// A scene as bytes, and what answers may name by number.
 pub struct SentScene {
@@ -25,6 +27,11 @@ impl SentScene {
         let mut encoder = Encoder { teaches: true, ..Encoder::default() };
         encoder.put(&**scene);
         SentScene { scene: scene.clone(), bytes: encoder.bytes, table: encoder.table }
+    }
+
+    /// Of all that is in it.
+    pub fn digest(&self) -> Digest {
+        Digest::of(&self.bytes)
     }
 }
 
@@ -100,12 +107,16 @@ impl HostWorker {
     /// As [`Self::open`].
     pub fn call(
         &mut self,
-        scene: &Arc<SentScene>,
+        (scene, resumed): (&Arc<SentScene>, Option<&NumberedStates>),
         time: Option<Moment>,
         project: &Project,
         journal: &Journal,
     ) -> Result<Result<Vec<Edit>, Diagnostics>, Death> {
-        self.show(scene)?;
+        if self.show(scene)?
+            && let Some(states) = resumed
+        {
+            self.send(&Request::Resume(states.clone())).map_err(|_| self.death(None, None))?;
+        }
         self.ask(&Request::Call(time), project, journal, When::of(time))
     }
 
@@ -125,8 +136,25 @@ impl HostWorker {
         self.ask(&Request::PlaceOf(time, subject.part, subject.component), project, journal, When::of(time))
     }
 
-    /// Sends a scene, unless it is there.
-    fn show(&mut self, scene: &Arc<SentScene>) -> Result<(), Death> {
+    /// The states of these numbers that it has made from a scene; none if it was never shown that.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn states(
+        &mut self,
+        scene: &Arc<SentScene>,
+        steps: &[u64],
+        project: &Project,
+        journal: &Journal,
+    ) -> Result<Result<MadeStates, Diagnostics>, Death> {
+        if self.scene.as_ref().is_none_or(|known| !Arc::ptr_eq(known, scene)) {
+            return Ok(Ok(MadeStates::default()));
+        }
+        self.ask(&Request::States(steps.to_vec()), project, journal, When::Top)
+    }
+
+    /// Sends a scene, unless it is there; whether it was sent.
+    fn show(&mut self, scene: &Arc<SentScene>) -> Result<bool, Death> {
         if self.scene.as_ref().is_none_or(|known| !Arc::ptr_eq(known, scene)) {
             let sent = self.send(&Request::Scene).and_then(|()| match &mut self.input {
                 Some(input) => send(input, &scene.bytes),
@@ -134,8 +162,9 @@ impl HostWorker {
             });
             sent.map_err(|_| self.death(None, None))?;
             self.scene = Some(scene.clone());
+            return Ok(true);
         }
-        Ok(())
+        Ok(false)
     }
 
     fn send(&mut self, request: &Request) -> io::Result<()> {

@@ -195,7 +195,7 @@ impl Contacts {
                         self.face(mesh.body, corners.to_vec());
                         zone = zone.with(bounds);
                     }
-                    if self.faces.len() > limits::CONTACT_FACES {
+                    if self.faces.len() > self.most_faces {
                         self.faces.truncate(before);
                         zone = Zone::Nowhere;
                         break 'mesh;

@@ -65,10 +65,21 @@ struct Push {
 
 /// Finds all contacts of the World as it is placed, and what follows from them.
 pub fn contact_nudges(stage: &Stage) -> ContactNudges {
-    let mut found = Contacts::default();
+    nudges_within(stage, limits::CONTACT_FACES, limits::CONTACT_TESTS)
+}
+
+/// Authored indices of bodies that touch others and are not moved as they should be, since there are too many faces to
+/// look at all of them whenever a frame is rendered. The World is to be placed.
+pub fn contacts_left_out(stage: &Stage) -> Vec<usize> {
+    let all = nudges_within(stage, limits::CONTACT_FACES_CHECKED, limits::CONTACT_TESTS_CHECKED);
+    contact_nudges(stage).differing(&all).collect()
+}
+
+fn nudges_within(stage: &Stage, most_faces: usize, most_tests: usize) -> ContactNudges {
+    let mut found = Contacts { most_faces, most_tests, ..Contacts::default() };
     // Nothing fails in what is only looked at.
     let gathered = found.gather(stage);
-    if gathered.is_err() || found.faces.len() > limits::CONTACT_FACES {
+    if gathered.is_err() || found.faces.len() > most_faces {
         return ContactNudges::default();
     }
     found.find_flat();
@@ -78,6 +89,9 @@ pub fn contact_nudges(stage: &Stage) -> ContactNudges {
 
 #[derive(Default)]
 struct Contacts {
+    /// Faces that are looked at, and pairs of them.
+    most_faces: usize,
+    most_tests: usize,
     bodies: Vec<TouchingBody>,
     faces: Vec<FlatFace>,
     meshes: Vec<TouchingMesh>,
@@ -103,7 +117,7 @@ impl Contacts {
             let widest = SAME_PLANE * group.iter().map(|(_, face)| self.size(*face)).fold(0.0, f64::max);
             for near in group.chunk_by(|a, b| b.0 - a.0 <= widest) {
                 tests = self.find_in_plane(near, tests);
-                if tests > limits::CONTACT_TESTS {
+                if tests > self.most_tests {
                     return;
                 }
             }
@@ -123,7 +137,7 @@ impl Contacts {
             for (first, a) in one {
                 for (second, b) in bodies[i + 1..].iter().flatten() {
                     tests += 1;
-                    if tests > limits::CONTACT_TESTS {
+                    if tests > self.most_tests {
                         return tests;
                     }
                     if (second - first).abs() <= SAME_PLANE * self.size(*a).max(self.size(*b)) {

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use super::contact_nudges;
+use super::{contact_nudges, contacts_left_out, nudges_within};
 use crate::base::limits;
 use crate::components::*;
 use crate::systems::{spawn, update_hierarchy};
@@ -48,4 +48,24 @@ fn a_block_is_lifted_off_a_floor_of_any_number_of_triangles() {
             assert!(nudges.of(0).is_none());
         }
     }
+}
+
+/// Bodies whose faces are too many to be looked at are found where that leaves a contact alone, and nowhere else.
+#[test]
+fn contacts_beyond_the_caps_are_known() {
+    let differing = |height: f64, most_faces: usize| {
+        let scene = Scene {
+            materials: vec![("glass".into(), Material { model: Model::Dielectric, ..Material::default() })],
+            entities: vec![block(height), EntityDesc::new([Plane::default().into()])],
+            ..Scene::default()
+        };
+        let mut stage = spawn(scene).unwrap();
+        update_hierarchy(&mut stage).unwrap();
+        assert_eq!(contacts_left_out(&stage), [] as [usize; 0]);
+        let capped = nudges_within(&stage, most_faces, limits::CONTACT_TESTS);
+        capped.differing(&contact_nudges(&stage)).collect::<Vec<_>>()
+    };
+    // Six faces of the block, and the plane.
+    assert_eq!((differing(0.0, 7), differing(0.0, 6)), (vec![], vec![0]));
+    assert_eq!(differing(0.1, 6), [] as [usize; 0], "above the plane");
 }

@@ -8,6 +8,7 @@
 //! | room | |
 //! |---|---|
 //! | `accelerator` | [`Accelerator`]: the choice, and the front that all share |
+//! | `hidden` | [`HiddenPrimitives`]: what is not there for some rays |
 //! | `scratch` | [`TraversalScratch`]: what one thread owns while it walks |
 //! | `leaves` | blocks of eight primitives that are tested side by side |
 //! | `packet` | rays that go the same way, sixteen together |
@@ -76,12 +77,14 @@
 mod accelerator;
 mod bvh;
 mod grid;
+mod hidden;
 mod leaves;
 mod packet;
 mod scratch;
 mod stream;
 
 pub use accelerator::Accelerator;
+pub use hidden::HiddenPrimitives;
 pub use scratch::TraversalScratch;
 
 #[cfg(test)]

@@ -13,6 +13,10 @@ use crate::trace::primitive::{Geometry, LocalShape, Sides, SpherePrim, Tag};
 use crate::trace::simd::Width;
 use crate::trace::soa::{Hits, Ray, Rays};
 
+fn brute() -> Accelerator {
+    Accelerator::build(&Geometry::default(), Accel::Brute, 1.0)
+}
+
 /// Coordinates that often coincide: lattice points as well as arbitrary ones.
 fn coordinate() -> impl Strategy<Value = f32> {
     prop_oneof![3 => -4.0f32..4.0, 1 => (-4i32..=4).prop_map(|i| i as f32), 1 => Just(0.0)]
@@ -79,9 +83,9 @@ fn build(pieces: &[Piece]) -> Geometry {
 
 /// What is held to brute force: the tree at full quality, the one for few rays, and the grid.
 fn all(geometry: &Geometry, width: Width, density: f64) -> [Accelerator; 3] {
-    let [full, fast] =
-        [f64::INFINITY, 0.0].map(|rays| Accelerator::Bvh(Box::new(Bvh::build(geometry, width, rays, None))));
-    [full, fast, Accelerator::Grid(Box::new(Grid::build(geometry, density, width, None)))]
+    let [full, fast] = [f64::INFINITY, 0.0]
+        .map(|rays| Accelerator::from(Bvh::build(geometry, width, rays, (None, false), &HiddenPrimitives::NONE)));
+    [full, fast, Accelerator::from(Grid::build(geometry, density, width, None, &HiddenPrimitives::NONE))]
 }
 
 proptest! {
@@ -102,13 +106,38 @@ proptest! {
                 direction = Vec3::AXES[(from.x.abs() * 7.0) as usize % 3];
             }
             let ray = Ray { origin: from, direction, t_max: if kind == 2 { 3.0 } else { f32::INFINITY } };
-            let expected = Accelerator::Brute.closest(&geometry, &ray, &mut TraversalScratch::default());
+            let expected = brute().closest(&geometry, &ray, &mut TraversalScratch::default());
             for other in &others {
                 let found = other.closest(&geometry, &ray, &mut worker);
                 prop_assert_eq!(found, expected, "{}", other.name());
                 prop_assert_eq!(other.occluded(&geometry, &ray, &mut worker), expected.is_some());
             }
-            prop_assert_eq!(Accelerator::Brute.occluded(&geometry, &ray, &mut worker), expected.is_some());
+            prop_assert_eq!(brute().occluded(&geometry, &ray, &mut worker), expected.is_some());
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+    #[test]
+    fn what_is_hidden_is_not_there_for_any_of_them(
+        pieces in prop::collection::vec(piece(), 1..60),
+        rays in prop::collection::vec((point(), point()), 1..20),
+        hidden in 1u32..4,
+    ) {
+        let geometry = build(&pieces);
+        let hides = HiddenPrimitives::new(&geometry, |entity| hidden == 3 || entity % 3 == hidden);
+        let make = |choice, rays| Accelerator::rebuild(&geometry, choice, 2.0, rays, None, hides.clone());
+        let ways = [(Accel::Bvh, f64::INFINITY), (Accel::Bvh, 0.0), (Accel::Grid, 0.0)].map(|(c, r)| make(c, r));
+        let (brute, mut worker) = (make(Accel::Brute, 0.0), TraversalScratch::default());
+        for (from, to) in rays {
+            let ray = Ray::new(from, (to - from).normalize_or(Vec3::X));
+            let expected = brute.closest(&geometry, &ray, &mut worker);
+            prop_assert!(expected.is_none_or(|hit| !hides.contains(hit.primitive)));
+            for other in &ways {
+                prop_assert_eq!(other.closest(&geometry, &ray, &mut worker), expected, "{}", other.name());
+                prop_assert_eq!(other.occluded(&geometry, &ray, &mut worker), expected.is_some());
+            }
         }
     }
 }
@@ -132,7 +161,7 @@ proptest! {
         }).collect();
         let mut worker = TraversalScratch::default();
         let expected: Vec<_> =
-            rays.iter().map(|ray| Accelerator::Brute.closest(&geometry, ray, &mut worker)).collect();
+            rays.iter().map(|ray| brute().closest(&geometry, ray, &mut worker)).collect();
         let many = Rays::from_iter(rays);
         for accelerator in Width::all().into_iter().flat_map(|w| all(&geometry, w, density)) {
             let mut found = Hits::default();
@@ -173,7 +202,7 @@ proptest! {
         }).collect();
         let mut worker = TraversalScratch::default();
         let expected: Vec<_> =
-            rays.iter().map(|ray| Accelerator::Brute.closest(&geometry, ray, &mut worker)).collect();
+            rays.iter().map(|ray| brute().closest(&geometry, ray, &mut worker)).collect();
         let many = Rays::from_iter(rays);
         for accelerator in Width::all().into_iter().flat_map(|w| all(&geometry, w, 2.0)) {
             let mut found = Hits::default();
@@ -200,7 +229,7 @@ proptest! {
         expected_rays in prop_oneof![Just(0.0), Just(f64::INFINITY)],
     ) {
         let mut pieces = pieces;
-        let mut tree = Accelerator::rebuild(&build(&pieces), Accel::Bvh, 2.0, expected_rays, None);
+        let mut tree = Accelerator::rebuild(&build(&pieces), Accel::Bvh, 2.0, expected_rays, None, HiddenPrimitives::NONE);
         for (size, turn, shift) in motions {
             for (i, Piece(kind, a, b, c, _)) in pieces.iter_mut().enumerate() {
                 let way = if i % 3 == 0 { turn } else { shift } * size;
@@ -209,11 +238,11 @@ proptest! {
                 *c += if *kind == 2 { way } else { turn * size };
             }
             let geometry = build(&pieces);
-            tree = Accelerator::rebuild(&geometry, Accel::Bvh, 2.0, expected_rays, Some(&tree));
+            tree = Accelerator::rebuild(&geometry, Accel::Bvh, 2.0, expected_rays, Some(&tree), HiddenPrimitives::NONE);
             let mut worker = TraversalScratch::default();
             for (from, to) in &rays {
                 let ray = Ray::new(*from, (*to - *from).normalize_or(Vec3::X));
-                let expected = Accelerator::Brute.closest(&geometry, &ray, &mut worker);
+                let expected = brute().closest(&geometry, &ray, &mut worker);
                 prop_assert_eq!(tree.closest(&geometry, &ray, &mut worker), expected);
                 prop_assert_eq!(tree.occluded(&geometry, &ray, &mut worker), expected.is_some());
             }

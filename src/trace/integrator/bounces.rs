@@ -2,13 +2,15 @@
 
 use glam::Vec3;
 
+use super::fog::FogWay;
 use super::photon::PhotonPass;
 use super::{path, photon, whitted};
 use crate::components::{Integrator, Model};
-use crate::trace::accel::TraversalScratch;
+use crate::trace::accel::{Accelerator, TraversalScratch};
+use crate::trace::counters::Counters;
 use crate::trace::material::{HoleCoverage, ShadingParams};
 use crate::trace::primitive::Tag;
-use crate::trace::sampler::{RayNode, SampleSet, power_heuristic};
+use crate::trace::sampler::{RayNode, SampleSet, Sampler, power_heuristic};
 use crate::trace::simd::LANES;
 use crate::trace::soa::Hit;
 use crate::trace::wavefront::{
@@ -37,31 +39,38 @@ pub fn trace(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBu
         // One for what shines among the primitives.
         Integrator::Whitted | Integrator::Distribution => context.lights.lamps().len() + 1,
     };
-    buffers.shadows.resize_with(bins, ShadowRayQueue::default);
+    // What is stopped by other bodies has queues of its own.
+    buffers.shadows.resize_with(bins * context.accelerators.shadow.len(), ShadowRayQueue::default);
     for depth in 1..=context.settings.max_depth {
         if buffers.wave.rays().is_empty() {
             return;
         }
-        find(context, samples, buffers, worker);
+        find((context, context.accelerators.at_depth(depth)), samples, buffers, worker);
         if depth == 1 {
             worker.traversal.counters.primary_hits += buffers.hits.found_count();
         }
         shade(estimator, samples, buffers, depth, worker);
-        for shadows in &mut buffers.shadows {
-            trace_shadow_rays(context, shadows, &mut buffers.blocked, &mut buffers.colors, worker);
+        for (shadows, i) in buffers.shadows.iter_mut().zip(0..) {
+            let accelerator = context.accelerators.shadow[i / bins.max(1)];
+            trace_shadow_rays((context, accelerator), shadows, &mut buffers.blocked, &mut buffers.colors, worker);
         }
         std::mem::swap(&mut buffers.wave, &mut buffers.next);
         buffers.next.clear();
     }
 }
 
-fn find(context: RenderContext, samples: SampleSet, buffers: &mut WavefrontBuffers, worker: &mut Worker) {
+fn find(
+    (context, accelerator): (RenderContext, &Accelerator),
+    samples: SampleSet,
+    buffers: &mut WavefrontBuffers,
+    worker: &mut Worker,
+) {
     let WavefrontBuffers { wave, hits, colors, caught, .. } = buffers;
-    context.accelerator.closest_all(context.geometry, wave.rays(), &mut worker.traversal, hits);
+    accelerator.closest_all(context.geometry, wave.rays(), &mut worker.traversal, hits);
     let sampler = |slot: u32| *samples.sampler(slot_sample(slot));
-    pass_surfaces(context, wave, hits, sampler, worker);
+    pass_surfaces((context, accelerator), wave, hits, sampler, worker);
     if context.catchers {
-        split_at_catchers(context, (wave, hits), sampler, (colors, caught), worker);
+        split_at_catchers((context, accelerator), (wave, hits), sampler, (colors, caught), worker);
     }
     if let Some(regions) = context.regions {
         let ended = |(i, hit): (usize, Option<Hit>)| {
@@ -91,8 +100,16 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
         let is = |flags: &[u8]| flags[i / LANES] >> (i % LANES) & 1 == 1;
         if is(&buffers.special) {
             let crossed = is(&buffers.crossed);
-            if !arrive(estimator, i, buffers, depth, crossed) {
-                continue;
+            match arrive(estimator, samples, i, buffers, (depth, crossed), &mut worker.traversal.counters) {
+                Arrival::Surface => {}
+                Arrival::Nowhere => continue,
+                Arrival::Scattered => {
+                    if context.settings.features && depth == 1 {
+                        // The film's layers look through fog.
+                        shade_alone(estimator, samples, (i, true), buffers, depth, &mut worker.traversal);
+                    }
+                    continue;
+                }
             }
         }
         let met = buffers.hits.primitive(i);
@@ -109,7 +126,7 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
         if usual && !noted && !context.textures.is_textured(tag.entity) {
             places.push([i as u32, tag.material]);
         } else {
-            shade_alone(estimator, samples, i, buffers, depth, &mut worker.traversal);
+            shade_alone(estimator, samples, (i, false), buffers, depth, &mut worker.traversal);
         }
     }
     let WavefrontBuffers { wave, next, hits, shadows, .. } = &mut *buffers;
@@ -123,19 +140,45 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
     buffers.places = places;
 }
 
-/// Adds the light that a ray meets on its way, and takes what the medium absorbs; false if it leaves the scene.
-fn arrive(estimator: Estimator, i: usize, buffers: &mut WavefrontBuffers, depth: u32, crossed: bool) -> bool {
+/// What becomes of a ray.
+enum Arrival {
+    /// It meets a surface.
+    Surface,
+    /// It leaves the scene.
+    Nowhere,
+    /// Fog scatters it first.
+    Scattered,
+}
+
+/// Adds the light that a ray meets on its way, and takes what is absorbed.
+fn arrive(
+    estimator: Estimator,
+    samples: SampleSet,
+    i: usize,
+    buffers: &mut WavefrontBuffers,
+    (depth, crossed): (u32, bool),
+    counters: &mut Counters,
+) -> Arrival {
     let Estimator { context, .. } = estimator;
-    let WavefrontBuffers { wave, hits, colors, seen, .. } = buffers;
-    let ((ray, mut state), hit) = (wave.get(i), hits.get(i));
+    let ((ray, mut state), hit) = (buffers.wave.get(i), buffers.hits.get(i));
     let met = hit.map_or(f32::INFINITY, |hit| hit.t);
-    if crossed && state.emission_filter != EmissionFilter::NonPhoton {
-        path::cross_lamps(context, &ray, met, &state, depth == 1, colors);
+    if crossed && state.scope.filter != EmissionFilter::NonPhoton {
+        path::cross_lamps(context, &ray, met, &state, depth == 1, &mut buffers.colors);
     }
     if let Some(medium) = state.medium.material(context.materials) {
         state.throughput *= context.materials[medium as usize].transmittance(met);
-        wave.set_state(i, &state);
+        buffers.wave.set_state(i, &state);
+    } else if let Some(way) = context.fog.and_then(|fog| FogWay::new(fog, &ray, met)) {
+        if hit.is_none() && state.node == RayNode::CAMERA && context.settings.transparent {
+            buffers.veils[slot_sample(state.sample) as usize] = 1.0 - way.transmittance();
+        }
+        let sampler = *samples.sampler(slot_sample(state.sample));
+        if pass_fog(context, &way, &mut state, &sampler, buffers, depth, counters) {
+            return Arrival::Scattered;
+        }
+        buffers.wave.set_state(i, &state);
     }
+    let WavefrontBuffers { colors, seen, .. } = buffers;
     if hit.is_none() {
         let place = accumulator_slot(state.sample, context.lights.environment_group());
         let is_left_out = context.settings.transparent && state.node == RayNode::CAMERA;
@@ -145,15 +188,51 @@ fn arrive(estimator: Estimator, i: usize, buffers: &mut WavefrontBuffers, depth:
             seen[slot_sample(state.sample) as usize].add(state.throughput, radiance, Vec3::ZERO);
         }
         colors[place as usize] += context.settings.clamps.limited(state.scatterings, light);
+        return Arrival::Nowhere;
     }
-    hit.is_some()
+    Arrival::Surface
 }
 
-/// Shades what one ray met, of whatever material.
+/// Adds the light of fog on the way of a ray; true if it is scattered before its end.
+fn pass_fog(
+    context: RenderContext,
+    way: &FogWay,
+    state: &mut PathState,
+    sampler: &Sampler,
+    buffers: &mut WavefrontBuffers,
+    depth: u32,
+    counters: &mut Counters,
+) -> bool {
+    let WavefrontBuffers { next, shadows, colors, seen, .. } = buffers;
+    let (fog, left) = (way.fog, way.transmittance());
+    let is_seen = context.settings.features && state.scatterings == 0.0;
+    if fog.scatters {
+        way.sample_direct(context, state, sampler, shadows);
+        let last = depth == context.settings.max_depth;
+        let is_scattered = way.scatters((depth, last), state, sampler, next, counters);
+        if is_scattered && is_seen {
+            seen[slot_sample(state.sample) as usize].add(state.throughput, fog.color, Vec3::ZERO);
+        }
+        return is_scattered;
+    }
+    if is_seen {
+        seen[slot_sample(state.sample) as usize].add(state.throughput * (1.0 - left), fog.color, Vec3::ZERO);
+    }
+    // What photons have told, or a surface scattered, has no share of the colour of fog.
+    if state.scatterings == 0.0 || !context.settings.follows_paths() {
+        let light = state.throughput * fog.color * (1.0 - left);
+        let place = accumulator_slot(state.sample, 0);
+        colors[place as usize] += context.settings.clamps.limited(state.scatterings, light);
+    }
+    state.throughput *= left;
+    false
+}
+
+/// Shades what one ray met, of whatever material; or only notes what it is for the film's layers.
 fn shade_alone(
     estimator: Estimator,
     samples: SampleSet,
-    i: usize,
+    (i, only_noted): (usize, bool),
     buffers: &mut WavefrontBuffers,
     depth: u32,
     traversal: &mut TraversalScratch,
@@ -170,24 +249,32 @@ fn shade_alone(
     if let Some(textured) = &textured {
         material = textured;
     }
-    if material.emission != Vec3::ZERO {
+    let is_lit = state.scope.receiver.is_none_or(|entity| context.lights.is_lit_by(surface.entity, entity));
+    if material.emission != Vec3::ZERO && is_lit && !only_noted {
         let asked = match context.settings.integrator {
-            _ if state.pdf == 0.0 && state.emission_filter != EmissionFilter::NonPhoton => 0.0,
+            _ if state.pdf == 0.0 && state.scope.filter != EmissionFilter::NonPhoton => 0.0,
             Integrator::Path | Integrator::Photon => context.lights.pdf(ray, hit, &surface),
             Integrator::Whitted | Integrator::Distribution => context.lights.pdf_emitters(ray, hit, &surface),
         };
         // Photons come from the lights that are sampled.
-        if state.emission_filter != EmissionFilter::NonPhoton || asked == 0.0 {
+        if state.scope.filter != EmissionFilter::NonPhoton || asked == 0.0 {
             let place = accumulator_slot(state.sample, material.group);
             let shown = material.emission * split_cover(context, material);
             let light = state.throughput * (shown * power_heuristic(state.pdf, asked));
             colors[place as usize] += context.settings.clamps.limited(state.scatterings, light);
         }
     }
-    if material.model == Model::Unlit && state.pdf == 0.0 && state.emission_filter != EmissionFilter::NonPhoton {
+    if material.model == Model::Unlit
+        && !only_noted
+        && state.pdf == 0.0
+        && state.scope.filter != EmissionFilter::NonPhoton
+    {
         let shown = material.diffuse * split_cover(context, material);
         let light = context.settings.clamps.limited(state.scatterings, state.throughput * shown);
         colors[accumulator_slot(state.sample, 0) as usize] += light;
+    }
+    if context.lights.has_receivers() {
+        state.scope.receiver = Some(surface.entity);
     }
     let front = ray.direction.dot(surface.geometric_normal) < 0.0;
     let surface = if front { surface } else { surface.flipped() };
@@ -199,6 +286,9 @@ fn shade_alone(
     let met = SurfaceInteraction { direction: ray.direction, state, surface, material, behind, hit, front, sampler };
     if context.settings.features && depth == 1 {
         features[slot_sample(state.sample) as usize] = Some(first_hit_feature(context, &met));
+    }
+    if only_noted {
+        return;
     }
     if context.settings.features && state.scatterings == 0.0 {
         let albedo = scattered_albedo(material);
@@ -232,7 +322,7 @@ fn environment(estimator: Estimator, direction: Vec3, state: &PathState) -> Vec3
         None => context.settings.background,
         Some(sky) => {
             let asked = match photons {
-                Some(photons) if state.emission_filter == EmissionFilter::NonPhoton => photons.non_photon(),
+                Some(photons) if state.scope.filter == EmissionFilter::NonPhoton => photons.non_photon(),
                 _ => context.lights,
             };
             sky.lookup(direction) * power_heuristic(state.pdf, asked.sky_pdf(direction))

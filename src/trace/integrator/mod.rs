@@ -11,6 +11,7 @@
 //! | `bounces` | [`Estimator`]: the loop over depths; which hits are shaded in lanes and which alone |
 //! | `whitted` | Whitted and distribution ray tracing: every hit spawns all the rays that its material has; gloss of mirrors |
 //! | `path` | path tracing (Kajiya 1986): every hit goes on in one direction, sampled by its BSDF ([`super::material::bsdf`]; gloss in its `blinn_phong`) |
+//! | `fog` | what fog takes of rays, and what it adds |
 //! | `photon` | photon mapping: indirect light is read from photons |
 //! | `adaptive` | when pixels have had samples enough |
 //! | `retrace` | [`retrace`]: only those samples that may look otherwise than in a picture before |
@@ -35,6 +36,7 @@
 
 mod adaptive;
 mod bounces;
+mod fog;
 mod path;
 pub mod photon;
 mod retrace;

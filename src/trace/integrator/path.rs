@@ -22,10 +22,13 @@ use crate::trace::wavefront::{
 /// Adds the light of lamps that a ray crosses on its way to its end; they do not stop it.
 #[inline]
 pub fn cross_lamps(context: RenderContext, ray: &Ray, end: f32, state: &PathState, camera: bool, colors: &mut [Vec3]) {
-    context.lights.crossed(&Ray { t_max: end, ..*ray }, camera, |radiance, distance, asked, group| {
+    let receiver = state.scope.receiver;
+    context.lights.crossed(&Ray { t_max: end, ..*ray }, camera, receiver, |radiance, distance, asked, group| {
         let mut weight = state.throughput * power_heuristic(state.pdf, asked);
         if let Some(medium) = state.medium.material(context.materials) {
             weight *= context.materials[medium as usize].transmittance(distance);
+        } else if let Some(fog) = context.fog {
+            weight *= fog.transmittance(ray.origin, ray.direction, distance);
         }
         let light = context.settings.clamps.limited(state.scatterings, weight * radiance);
         colors[accumulator_slot(state.sample, group) as usize] += light;

@@ -8,13 +8,13 @@ use crate::film::{AccumulatorOptions, FilterTable, PixelAccumulator};
 use crate::trace::accel::Accelerator;
 use crate::trace::camera::CameraRays;
 use crate::trace::counters::Counters;
-use crate::trace::light::{Lamp, LampCone, Lights};
+use crate::trace::light::{Lamp, LampCone, LightLinking, Lights};
 use crate::trace::material::ShadingParams;
 use crate::trace::material::texture::TextureBindings;
 use crate::trace::primitive::{Geometry, LocalShape, Sides, SpherePrim, Tag};
 use crate::trace::sampler::Sampler;
 use crate::trace::simd::Width;
-use crate::trace::wavefront::{RenderContext, Settings, Worker, any_has_holes};
+use crate::trace::wavefront::{RayAccelerators, RenderContext, Settings, Worker, any_has_holes};
 
 #[test]
 fn shares_are_a_fair_partition_of_the_samples() {
@@ -78,6 +78,8 @@ fn scene() -> (Geometry, Vec<ShadingParams>, Vec<Lamp>) {
         distant: false,
         inverse_square,
         visible: true,
+        reflected: true,
+        linking: LightLinking::default(),
         group: 0,
     };
     let lamps = vec![
@@ -109,13 +111,14 @@ fn picture(render: &Render, lanes: Width, features: bool) -> (Vec<[f32; 3]>, Cou
     let context = RenderContext {
         lights: &Lights::new(lamps, &geometry, &materials),
         geometry: &geometry,
-        accelerator: &accelerator,
+        accelerators: RayAccelerators { camera: &accelerator, scattered: &accelerator, shadow: &[&accelerator] },
         materials: &materials,
         textures: &TextureBindings::default(),
         camera: &CameraRays::new(&camera, [20, 15], 6.0),
         origin: Vec3::ZERO,
         motion: None,
         environment: None,
+        fog: None,
         settings: &settings,
         holes: any_has_holes(&materials),
         glass: materials.iter().any(|material| material.is_clear()),

@@ -138,6 +138,9 @@ fn add_batch(estimator: Estimator, batch: &mut SampleBatch, tallies: &mut [Pixel
         if context.settings.features {
             let (feature, weighted) = (buffers.features[i].as_ref(), (buffers.colors[i], filter_sample.weight));
             tallies[0].add_feature(pixel, feature, filter_sample.off_center, filter_sample.weight);
+            if buffers.veils[i] > 0.0 {
+                tallies[0].add_veil(pixel, buffers.veils[i], filter_sample.weight);
+            }
             let second = context.settings.is_second_half(&batch.samples[i].1);
             tallies[0].add_half(pixel, second, weighted, feature, &buffers.seen[i]);
         }

@@ -67,7 +67,7 @@ fn sample_lamps(
     shadows: &mut [ShadowRayQueue],
 ) {
     for (i, lamp) in context.lights.lamps().iter().enumerate() {
-        sample_lamp(context, (met, shading), 1, (lamp, i), &mut shadows[i]);
+        sample_lamp(context, (met, shading), 1, (lamp, i), shadows);
     }
 }
 
@@ -205,6 +205,10 @@ fn sample_emitters(
     let pick = sampler.extra(state.node, domain);
     let at = sampler.stratified(state.node, domain);
     let Some(light) = context.lights.sample_emitters(surface.point, pick, at) else { return };
+    let linking = context.lights.linking(light.light);
+    if !context.lights.is_linked(linking, surface.entity) {
+        return;
+    }
     let wi = law.frame.to_local(light.direction);
     let mut ray = Ray { origin: surface.point, direction: light.direction, t_max: light.distance };
     if (surface.geometric_normal.dot(light.direction) > 0.0) == (wi.z > 0.0) {
@@ -224,7 +228,8 @@ fn sample_emitters(
         let contribution = state.throughput * (value.max(Vec3::ZERO) * light.contribution * shown);
         let sample = accumulator_slot(state.sample, context.lights.group(light.light));
         let contribution = context.settings.clamps.limited(state.scatterings + 1.0, contribution);
-        shadows[lamps].push(context, ray, light.target, sample, contribution);
+        let queue = context.shadow_queue(shadows.len(), lamps, || linking);
+        shadows[queue].push(context, ray, light.target, sample, contribution);
     }
 }
 

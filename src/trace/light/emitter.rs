@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::linking::LightLinking;
 use crate::base::limits;
 use crate::trace::material::ShadingParams;
 use crate::trace::primitive::{AreaSample, AreaShape, Bounds, Geometry, ROUNDING, Sides, SurfacePoint, Tag};
@@ -17,6 +18,10 @@ pub struct Emitter {
     pub radiance: Vec3,
     /// As that of its material.
     pub group: u32,
+    /// Authored index of its entity.
+    pub entity: u32,
+    /// What it lights, and how it is found.
+    pub linking: LightLinking,
     sides: Sides,
     shape: AreaShape,
 }
@@ -31,7 +36,8 @@ pub fn emitters(geometry: &Geometry, materials: &[ShadingParams]) -> Vec<Emitter
     geometry.area_shapes(&is_emissive, &mut |primitive, element, tag, shape| {
         let material = &materials[tag.material as usize];
         let (radiance, group) = (material.sampled_emission(), material.group);
-        let emitter = Emitter { primitive, element, radiance, group, sides: tag.sides, shape };
+        let (entity, linking, sides) = (tag.entity, LightLinking::default(), tag.sides);
+        let emitter = Emitter { primitive, element, radiance, group, entity, linking, sides, shape };
         if emitter.area() > 0.0 && found.len() < limits::EMITTERS {
             found.push(emitter);
         }

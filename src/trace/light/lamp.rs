@@ -5,6 +5,7 @@ use std::f32::consts::PI;
 use glam::Vec3;
 
 use super::cone::LampCone;
+use super::linking::LightLinking;
 use crate::trace::sampler::concentric_disk;
 use crate::trace::simd::{Lanes, V3};
 use crate::trace::soa::Ray;
@@ -29,6 +30,10 @@ pub struct Lamp {
     pub inverse_square: bool,
     /// Whether camera rays see it.
     pub visible: bool,
+    /// Whether rays meet it that left a surface.
+    pub reflected: bool,
+    /// What it lights, and how it is found.
+    pub linking: LightLinking,
     /// The light group that its light is added up in; 0 is that of all that has none of its own.
     pub group: u32,
 }
@@ -82,6 +87,12 @@ impl Lamp {
     #[inline]
     pub fn is_surface(&self) -> bool {
         self.inverse_square && self.normal != Vec3::ZERO
+    }
+
+    /// Whether rays that were scattered may find its light as well as samples do.
+    #[inline]
+    pub fn is_met(&self) -> bool {
+        self.is_surface() && self.reflected && !self.linking.sampled_only
     }
 
     /// Radiance of the surface, to both sides.

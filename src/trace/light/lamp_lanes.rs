@@ -21,6 +21,8 @@ pub struct LampLanes<L: Lanes> {
     distant: L::Mask,
     inverse_square: L::Mask,
     surface: L::Mask,
+    /// Those among them that scattered rays find too.
+    met: L::Mask,
 }
 
 /// As [`LightSample`], where it is `good`.
@@ -58,6 +60,7 @@ impl<L: Lanes> LampLanes<L> {
             distant: zero.lt(L::splat(number(lamp.distant))),
             inverse_square: zero.lt(L::splat(number(lamp.inverse_square))),
             surface: zero.lt(L::splat(number(lamp.is_surface()))),
+            met: zero.lt(L::splat(number(lamp.is_met()))),
         }
     }
 
@@ -81,7 +84,7 @@ impl<L: Lanes> LampLanes<L> {
         // Exactly 1 for what is no spot.
         contribution = contribution.scale(share(-self.axis.dot(direction), self.dark, self.fade));
         let pdf = distance * distance / (self.area * facing).max(L::splat(1e-30)) * chance;
-        let pdf = L::select(self.surface, pdf, zero);
+        let pdf = L::select(self.met, pdf, zero);
         let faces = L::or(zero.lt(facing), L::not(self.surface));
         LightSampleLanes { direction, target, distance, contribution, pdf, good: L::and(zero.lt(square), faces) }
     }
@@ -92,7 +95,7 @@ impl<L: Lanes> LampLanes<L> {
     pub(super) fn gather(lamps: [&Lamp; LANES]) -> Self {
         let mut columns = [[[0.0; LANES]; 3]; 6];
         let (mut area, mut dark, mut fade) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        let (mut inverse_square, mut surface, mut distant) = (0, 0, 0);
+        let (mut inverse_square, mut surface, mut met, mut distant) = (0, 0, 0, 0);
         for (i, lamp) in lamps.into_iter().enumerate() {
             let [a, b] = lamp.edges;
             for (column, v) in columns.iter_mut().zip([lamp.center, a, b, lamp.normal, lamp.color, lamp.cone.axis]) {
@@ -102,6 +105,7 @@ impl<L: Lanes> LampLanes<L> {
             distant |= u32::from(lamp.distant) << i;
             inverse_square |= u32::from(lamp.inverse_square) << i;
             surface |= u32::from(lamp.is_surface()) << i;
+            met |= u32::from(lamp.is_met()) << i;
         }
         let [center, a, b, normal, color, axis] = &columns;
         LampLanes {
@@ -116,6 +120,7 @@ impl<L: Lanes> LampLanes<L> {
             distant: L::mask(distant),
             inverse_square: L::mask(inverse_square),
             surface: L::mask(surface),
+            met: L::mask(met),
         }
     }
 }

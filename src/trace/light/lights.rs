@@ -4,6 +4,7 @@
 //! that leave the scene find it as well as any choice would.
 
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 use glam::Vec3;
 
@@ -11,6 +12,7 @@ use super::distribution::DiscreteDistribution;
 use super::emitter::{Emitter, emitters};
 use super::lamp::Lamp;
 use super::lamp_lanes::{LampLanes, LightSampleLanes};
+use super::linking::{LightLinking, LightLinks};
 use super::many::ManyLights;
 use super::sample::{EmittedPhoton, LightSample};
 use crate::components::LightSampler;
@@ -42,6 +44,8 @@ pub struct Lights {
     pub sky: Option<(Environment, f32)>,
     /// The light group of what lies around the scene, sampled or not.
     environment_group: u32,
+    /// What is special about some of them, if anything is.
+    links: Option<Arc<LightLinks>>,
 }
 
 /// Least chance of either, where there is a sky and something else that shines.
@@ -78,6 +82,7 @@ impl Lights {
             first_instance: geometry.range(PrimitiveKind::Instance).start,
             sky: None,
             environment_group: 0,
+            links: None,
         }
     }
 
@@ -98,6 +103,53 @@ impl Lights {
     /// The same lights, the light of what lies around the scene in a group of its own.
     pub fn environment_in_group(self, group: u32) -> Self {
         Lights { environment_group: group, ..self }
+    }
+
+    /// The same lights, what is special about some of them being this; that of lamps stands with them.
+    pub fn linked(mut self, links: Option<Arc<LightLinks>>) -> Self {
+        if let Some(links) = &links {
+            self.emitters.iter_mut().for_each(|emitter| emitter.linking = links.of_emissive(emitter.entity));
+        }
+        self.links = links;
+        self
+    }
+
+    /// What is special about some of them, if anything is.
+    pub fn links(&self) -> Option<&Arc<LightLinks>> {
+        self.links.as_ref()
+    }
+
+    /// Whether some bodies are not lit by all lights.
+    #[inline(always)]
+    pub fn has_receivers(&self) -> bool {
+        self.links.as_ref().is_some_and(|links| !links.receivers.is_empty())
+    }
+
+    /// What is special about a light by its number.
+    pub fn linking(&self, light: u32) -> LightLinking {
+        let Some(links) = &self.links else { return LightLinking::default() };
+        let light = light as usize;
+        if let Some(lamp) = self.lamps.get(light) {
+            return lamp.linking;
+        }
+        self.emitters.get(light - self.lamps.len()).map_or(links.usual, |emitter| emitter.linking)
+    }
+
+    /// Whether a light lights an entity.
+    #[inline]
+    pub fn is_linked(&self, light: LightLinking, entity: u32) -> bool {
+        self.links.as_ref().is_none_or(|links| links.lights(light, entity))
+    }
+
+    /// Whether the surfaces of an entity that emit light light another one.
+    #[inline]
+    pub fn is_lit_by(&self, emissive: u32, entity: u32) -> bool {
+        self.links.as_ref().is_none_or(|links| links.lights(links.of_emissive(emissive), entity))
+    }
+
+    /// The density that a way of light is weighed by which samples alone may count: scattered rays then add nothing.
+    fn asked(&self, linking: LightLinking, density: f32) -> f32 {
+        if linking.sampled_only { f32::INFINITY } else { density }
     }
 
     /// The same lights, one of many chosen in this way.
@@ -149,7 +201,7 @@ impl Lights {
     }
 
     /// The chance that [`Self::sample`] takes something else than the environment.
-    fn earthly(&self) -> f32 {
+    pub(super) fn earthly(&self) -> f32 {
         self.sky.as_ref().map_or(1.0, |(_, chance)| 1.0 - chance)
     }
 
@@ -158,9 +210,12 @@ impl Lights {
         self.len() == 0
     }
 
-    /// All chances that [`Self::sample`] chooses by, to tell whether two pictures choose alike.
+    /// All chances that [`Self::sample`] chooses by, and whether scattered rays count what they meet, to tell whether two
+    /// pictures choose alike.
     pub fn chances(&self) -> Vec<f32> {
-        self.direct.ends.iter().copied().chain([self.earthly()]).collect()
+        let alone = |links: &Arc<LightLinks>| if links.usual.sampled_only { 1.0 } else { 0.0 };
+        let alone = self.links.as_ref().map_or(0.0, alone);
+        self.direct.ends.iter().copied().chain([self.earthly(), alone]).collect()
     }
 
     /// Power of all that sends photons out, summed over the channels.
@@ -175,20 +230,27 @@ impl Lights {
             return self.sky_light(from, u);
         }
         let (i, chance) = self.choose(from, pick / earthly)?;
-        let chance = chance * earthly;
+        self.sample_one(i, chance * earthly, from, u)
+    }
+
+    /// Light of one light by its number, the sky apart, that was chosen with this chance.
+    pub(super) fn sample_one(&self, i: usize, chance: f32, from: Vec3, u: [f32; 2]) -> Option<LightSample> {
         match self.lamps.get(i) {
             Some(lamp) => from_lamp(lamp, from, chance, u, i as u32),
             None => from_emitter(&self.emitters[i - self.lamps.len()], from, chance, u, i as u32),
         }
     }
 
-    fn sky_light(&self, from: Vec3, u: [f32; 2]) -> Option<LightSample> {
+    pub(super) fn sky_light(&self, from: Vec3, u: [f32; 2]) -> Option<LightSample> {
         let (sky, chance) = self.sky.as_ref()?;
         let sample = sky.sample(u)?;
         let pdf = sample.pdf * chance;
         let target = from + sample.direction * SKY_DISTANCE;
         let (distance, contribution, light) = (f32::INFINITY, sample.radiance / pdf, self.len() as u32 - 1);
-        (pdf > 0.0).then_some(LightSample { direction: sample.direction, target, distance, contribution, pdf, light })
+        let is_sampled = pdf > 0.0;
+        let alone = self.links.as_ref().is_some_and(|links| links.usual.sampled_only);
+        let pdf = if alone { 0.0 } else { pdf };
+        is_sampled.then_some(LightSample { direction: sample.direction, target, distance, contribution, pdf, light })
     }
 
     /// Light of one of the shining primitives alone, chosen by power.
@@ -206,7 +268,8 @@ impl Lights {
     pub fn pdf(&self, ray: &Ray, hit: &Hit, surface: &SurfacePoint) -> f32 {
         let Some(i) = self.emitter_of(hit) else { return 0.0 };
         let chance = self.chance(ray.origin, self.lamps.len() + i) * self.earthly();
-        chance * self.emitters[i].pdf(ray.origin, surface.point, surface.geometric_normal)
+        let emitter = &self.emitters[i];
+        self.asked(emitter.linking, chance * emitter.pdf(ray.origin, surface.point, surface.geometric_normal))
     }
 
     /// The number of the emitter that was hit.
@@ -221,12 +284,14 @@ impl Lights {
         let before = if first == 0 { 0.0 } else { self.direct.ends.get(first - 1).copied().unwrap_or(0.0) };
         let Some(i) = self.emitter_of(hit) else { return 0.0 };
         let chance = self.direct.chance(first + i) / (1.0 - before).max(1e-9);
-        chance * self.emitters[i].pdf(ray.origin, surface.point, surface.geometric_normal)
+        let emitter = &self.emitters[i];
+        self.asked(emitter.linking, chance * emitter.pdf(ray.origin, surface.point, surface.geometric_normal))
     }
 
     /// Density with which [`Self::sample`] takes a direction to the sky.
     pub fn sky_pdf(&self, direction: Vec3) -> f32 {
-        self.sky.as_ref().map_or(0.0, |(sky, chance)| chance * sky.pdf(direction))
+        let usual = self.links.as_ref().map_or(LightLinking::default(), |links| links.usual);
+        self.sky.as_ref().map_or(0.0, |(sky, chance)| self.asked(usual, chance * sky.pdf(direction)))
     }
 
     /// The light group of a light by its number.
@@ -243,16 +308,20 @@ impl Lights {
     #[inline(always)]
     pub fn met(&self, camera: bool) -> impl Iterator<Item = (usize, &Lamp)> {
         let lamps = self.surfaces.iter().map(|i| (*i as usize, &self.lamps[*i as usize]));
-        lamps.filter(move |(_, lamp)| lamp.visible || !camera)
+        lamps.filter(move |(_, lamp)| if camera { lamp.visible } else { lamp.reflected })
     }
 
     /// Every lamp that a ray crosses before it ends: radiance, distance, density of [`Self::sample`], and its light
-    /// group.
+    /// group. `receiver` is the entity that the ray left, if it left one.
     #[inline]
-    pub fn crossed(&self, ray: &Ray, camera: bool, mut found: impl FnMut(Vec3, f32, f32, u32)) {
+    pub fn crossed(&self, ray: &Ray, camera: bool, receiver: Option<u32>, mut found: impl FnMut(Vec3, f32, f32, u32)) {
         for (i, lamp) in self.met(camera) {
+            if receiver.is_some_and(|entity| !self.is_linked(lamp.linking, entity)) {
+                continue;
+            }
             if let Some(t) = lamp.crossing(ray) {
                 let asked = self.chance(ray.origin, i) * self.earthly() * lamp.pdf(ray.direction, t);
+                let asked = self.asked(lamp.linking, asked);
                 found(lamp.radiance(), t, asked, lamp.group);
             }
         }
@@ -300,13 +369,14 @@ fn from_emitter(emitter: &Emitter, from: Vec3, chance: f32, u: [f32; 2], light: 
     let offset = shining.point - from;
     let distance = offset.length();
     let direction = offset * (1.0 / distance);
-    let pdf = shining.pdf * chance;
+    let density = shining.pdf * chance;
+    let pdf = if emitter.linking.sampled_only { 0.0 } else { density };
     let lit = distance > 0.0 && emitter.emits_towards(shining.normal, -direction);
     lit.then(|| LightSample {
         direction,
         target: shining.point,
         distance: distance * SHORT_OF,
-        contribution: emitter.radiance / pdf,
+        contribution: emitter.radiance / density,
         pdf,
         light,
     })

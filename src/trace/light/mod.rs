@@ -12,10 +12,12 @@ mod cone;
 mod distribution;
 mod emitter;
 pub mod environment;
+mod in_scatter;
 mod lamp;
 mod lamp_lanes;
 mod lights;
 mod lights_lanes;
+mod linking;
 mod many;
 mod sample;
 mod tree;
@@ -24,6 +26,7 @@ pub use cone::LampCone;
 pub use emitter::Emitter;
 pub use lamp::Lamp;
 pub use lights::Lights;
+pub use linking::{LightLinking, LightLinks};
 
 #[cfg(test)]
 mod tests;

@@ -22,6 +22,8 @@ fn lamp(edges: [Vec3; 2], color: f32) -> Lamp {
         distant: false,
         inverse_square: true,
         visible: false,
+        reflected: true,
+        linking: LightLinking::default(),
         group: 0,
     }
 }
@@ -112,7 +114,7 @@ fn rays_that_meet_a_light_know_its_density() {
         let Some(light) = lights.sample(Vec3::ZERO, pick, u) else { continue };
         if light.light == 0 {
             let mut found = 0.0;
-            lights.crossed(&Ray::new(Vec3::ZERO, light.direction), false, |_, _, pdf, _| found = pdf);
+            lights.crossed(&Ray::new(Vec3::ZERO, light.direction), false, None, |_, _, pdf, _| found = pdf);
             assert!((found / light.pdf - 1.0).abs() < 1e-3, "{found} {}", light.pdf);
             met[0] += 1;
             continue;

@@ -30,6 +30,12 @@ pub enum Domain {
     Part,
     /// How the directions lie in which a surface is looked over that photons are gathered from.
     Gather,
+    /// How far a path gets in fog, and where it is scattered to.
+    FreeFlight,
+    /// Which light is asked for what it sends into fog, and where.
+    InScatter,
+    /// The point of that light.
+    InScatterLight,
     /// The point of a light, by its number.
     Light(u32),
     /// Whether a surface that is there in part is, after so many others on the same ray.
@@ -48,6 +54,9 @@ impl Domain {
             Domain::Time => 6,
             Domain::Part => 7,
             Domain::Gather => 8,
+            Domain::FreeFlight => 9,
+            Domain::InScatter => 10,
+            Domain::InScatterLight => 11,
             Domain::Light(i) => 16 + u64::from(i),
             Domain::Hole(i) => (1 << 40) + u64::from(i),
         }

@@ -2,7 +2,7 @@
 
 use super::context::RenderContext;
 use super::interaction::LEAST_FACING;
-use super::path_state::PathStateLanes;
+use super::path_state::{EmissionScope, PathStateLanes};
 use super::ray_queue::RayQueue;
 use super::slots::slot_sample;
 use crate::trace::material::ShadingParams;
@@ -70,6 +70,13 @@ impl<'a> ShadingInput<'a> {
         } else {
             (states, ray, hits) = (wave.states().gather(&rays), wave.rays().gather(&rays), self.hits.gather(&rays));
         }
+        if context.lights.has_receivers() {
+            let mut entities = [0; LANES];
+            for (entity, ray) in entities.iter_mut().zip(rays) {
+                *entity = entity_of(self, ray);
+            }
+            states.scope = EmissionScope::with_receivers(states.scope, &entities);
+        }
         let mut samples = lanes_to_bits(states.sample);
         for sample in &mut samples {
             *sample = slot_sample(*sample);
@@ -100,6 +107,12 @@ impl<L: Wide> ShadingBatch<'_, L> {
         &self.input.context.materials[self.materials[lane] as usize]
     }
 
+    /// The entity whose surface is in one lane.
+    #[inline(always)]
+    pub fn entity(&self, lane: usize) -> u32 {
+        entity_of(&self.input, self.rays[lane])
+    }
+
     /// As [`SurfaceInteraction::smooth_start`](super::SurfaceInteraction::smooth_start), for the lanes that have a bit:
     /// which of them have such a start, and all `origins` with theirs in place of what is there.
     #[inline(always)]
@@ -111,6 +124,11 @@ impl<L: Wide> ShadingBatch<'_, L> {
         let found = each_smooth_start(&self.input, &self.rays, &points, bits, &mut origins);
         (found, V3::load(&origins))
     }
+}
+
+/// The entity that a ray met.
+fn entity_of(input: &ShadingInput, ray: usize) -> u32 {
+    input.context.geometry.tag(input.hits.primitive(ray)).entity
 }
 
 /// Light behind a surface that its smooth normals face is rare: lane by lane is soon enough.

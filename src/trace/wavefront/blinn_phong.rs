@@ -51,7 +51,7 @@ impl Kernel for BlinnPhongKernel<'_> {
             if scattering != 0 {
                 let shading = BlinnPhongShading::<L, _>::new(&hits);
                 for (i, lamp) in met.context.lights.lamps().iter().enumerate() {
-                    sample_lamp(met.context, (&hits, &shading), scattering, (lamp, i), &mut shadows[i]);
+                    sample_lamp(met.context, (&hits, &shading), scattering, (lamp, i), shadows);
                 }
             }
             if !last {

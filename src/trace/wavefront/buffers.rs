@@ -48,6 +48,8 @@ pub struct WavefrontBuffers {
     pub filter_samples: Vec<FilterSample>,
     /// What the camera ray of each sample met; empty unless the film wants it.
     pub features: Vec<Option<Feature>>,
+    /// How much fog hides of what lies behind everything, by sample; empty where nobody asks for it.
+    pub veils: Vec<f32>,
     /// What each sample shows through mirrors and clear glass; empty as `features` is.
     pub seen: Vec<SeenFeature>,
     /// Whether the camera ray of each sample met a shadow catcher; empty where there are none.
@@ -62,6 +64,8 @@ impl WavefrontBuffers {
         self.filter_samples.clear();
         self.features.clear();
         self.features.resize(if features { samples } else { 0 }, None);
+        self.veils.clear();
+        self.veils.resize(if features { samples } else { 0 }, 0.0);
         self.seen.clear();
         self.seen.resize(if features { samples } else { 0 }, SeenFeature::default());
         self.caught.clear();

@@ -20,6 +20,7 @@ use super::ray_queue::RayQueue;
 use super::slots::{CatcherRow, slot_sample};
 use super::worker::Worker;
 use crate::film::CaughtLight;
+use crate::trace::accel::Accelerator;
 use crate::trace::sampler::{Domain, RayNode, Sampler};
 use crate::trace::soa::Hits;
 
@@ -36,7 +37,7 @@ pub fn caught_light(colors: &[Vec3], sample: usize) -> CaughtLight {
 
 /// Takes note of camera rays that have met a catcher, and divides the paths from catchers that have met an object.
 pub fn split_at_catchers(
-    context: RenderContext,
+    (context, accelerator): (RenderContext, &Accelerator),
     (wave, hits): (&mut RayQueue, &mut Hits),
     sampler: impl Fn(u32) -> Sampler,
     (colors, caught): (&mut [Vec3], &mut [bool]),
@@ -62,7 +63,7 @@ pub fn split_at_catchers(
                 state.sample = CatcherRow::WithObjects.slot(sample);
                 wave.set_state(i, &state);
                 let chance = |step: u32| sampler(state.sample).random(state.node, Domain::Hole(step))[0];
-                let found = beyond(context, &ray, hit, &mut without, chance, worker);
+                let found = beyond((context, accelerator), &ray, hit, &mut without, chance, worker);
                 wave.push(ray, without);
                 hits.push(found);
             }

@@ -44,7 +44,8 @@ impl Kernel for ClassifyKernel<'_> {
                     met |= L::bits(lamp.crossed(origin, direction, end).1);
                 }
             }
-            special.push((odd | met) as u8);
+            // Fog is in the way of all of them.
+            special.push(if context.fog.is_some() { u8::MAX } else { (odd | met) as u8 });
             crossed.push(met as u8);
         }
     }

@@ -7,10 +7,10 @@ use crate::components::{Fresnel, Integrator, Render, Shadows};
 use crate::film::FilterTable;
 use crate::trace::accel::Accelerator;
 use crate::trace::camera::CameraRays;
-use crate::trace::light::Lights;
 use crate::trace::light::environment::Environment;
-use crate::trace::material::ShadingParams;
+use crate::trace::light::{LightLinking, Lights};
 use crate::trace::material::texture::{RayCone, TextureBindings};
+use crate::trace::material::{FogMedium, ShadingParams};
 use crate::trace::primitive::Geometry;
 use crate::trace::reuse::{DirtyRegions, MotionVectors};
 use crate::trace::sampler::Sampler;
@@ -137,13 +137,32 @@ impl Settings {
     }
 }
 
+/// How rays find primitives, by what the rays are for: the same for all of them where all see the same.
+#[derive(Clone, Copy)]
+pub struct RayAccelerators<'a> {
+    /// Rays of the camera.
+    pub camera: &'a Accelerator,
+    /// Rays that left a surface, and photons.
+    pub scattered: &'a Accelerator,
+    /// Rays to lights, by the number of the set of bodies that throw shadows.
+    pub shadow: &'a [&'a Accelerator],
+}
+
+impl<'a> RayAccelerators<'a> {
+    /// Of paths with so many rays.
+    #[inline]
+    pub fn at_depth(&self, depth: u32) -> &'a Accelerator {
+        if depth == 1 { self.camera } else { self.scattered }
+    }
+}
+
 /// Everything that a frame is traced from.
 #[derive(Clone, Copy)]
 pub struct RenderContext<'a> {
     /// All primitives.
     pub geometry: &'a Geometry,
     /// How rays find them.
-    pub accelerator: &'a Accelerator,
+    pub accelerators: RayAccelerators<'a>,
     /// By number.
     pub materials: &'a [ShadingParams],
     /// All that shines.
@@ -158,6 +177,8 @@ pub struct RenderContext<'a> {
     pub motion: Option<&'a MotionVectors>,
     /// Takes the place of the background colour.
     pub environment: Option<&'a Environment>,
+    /// In the air, if there is any.
+    pub fog: Option<&'a FogMedium>,
     /// How it is traced.
     pub settings: &'a Settings,
     /// What shading that goes side by side runs in.
@@ -217,6 +238,19 @@ impl Clamps {
 }
 
 impl RenderContext<'_> {
+    /// The queue of shadow rays for a light, whose rays are binned by this number: rays that other bodies stop have queues
+    /// of their own.
+    #[inline(always)]
+    pub fn shadow_queue(&self, queues: usize, bin: usize, light: impl FnOnce() -> LightLinking) -> usize {
+        match self.accelerators.shadow.len() {
+            0 | 1 => bin % queues.max(1),
+            sets => {
+                let bins = (queues / sets).max(1);
+                bin % bins + bins * (light().shadow_set as usize).min(sets - 1)
+            }
+        }
+    }
+
     /// Whether what stops a shadow ray may let some of its light through.
     #[inline(always)]
     pub fn dims_shadow_rays(&self) -> bool {

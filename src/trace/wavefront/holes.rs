@@ -14,6 +14,7 @@ use super::ray_queue::RayQueue;
 use super::slots::is_left_out;
 use super::worker::Worker;
 use crate::base::limits;
+use crate::trace::accel::Accelerator;
 use crate::trace::material::texture::RayCone;
 use crate::trace::material::{HoleCoverage, ShadingParams};
 use crate::trace::primitive::SurfacePoint;
@@ -26,8 +27,9 @@ pub fn any_has_holes(materials: &[ShadingParams]) -> bool {
 }
 
 /// Leads the rays of a wave on through the surfaces that they met and that are not there; `sampler` is that of a sample.
+/// The accelerator is the one that they go by.
 pub fn pass_surfaces(
-    context: RenderContext,
+    (context, accelerator): (RenderContext, &Accelerator),
     wave: &mut RayQueue,
     hits: &mut Hits,
     sampler: impl Fn(u32) -> Sampler,
@@ -47,7 +49,7 @@ pub fn pass_surfaces(
         let (ray, mut state) = wave.get(i);
         let known = state;
         let chance = |step: u32| sampler(known.sample).random(known.node, Domain::Hole(step))[0];
-        let found = beyond(context, &ray, hit, &mut state, chance, worker);
+        let found = beyond((context, accelerator), &ray, hit, &mut state, chance, worker);
         hits.set(i, found);
         if state != known {
             wave.set_state(i, &state);
@@ -61,7 +63,7 @@ fn coverage(context: RenderContext, hit: &Hit) -> HoleCoverage {
 
 /// The first surface along a ray that is there, from the one that it met.
 pub fn beyond(
-    context: RenderContext,
+    (context, accelerator): (RenderContext, &Accelerator),
     ray: &Ray,
     mut hit: Hit,
     state: &mut PathState,
@@ -99,7 +101,7 @@ pub fn beyond(
             change_medium(context, state, crossing.behind, hit.t);
         }
         let on = onward(ray, &surface);
-        let next = context.accelerator.closest(context.geometry, &on, &mut worker.traversal)?;
+        let next = accelerator.closest(context.geometry, &on, &mut worker.traversal)?;
         hit = context.geometry.seen_from(ray, &on, next);
     }
     Some(hit)

@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::context::{LightSampling, RenderContext};
 use super::path_state::{PathStateLanes, RayConeLanes};
 use super::ray_queue::RayQueue;
-use super::shaded_hits::ShadedHits;
+use super::shaded_hits::{ShadedHits, linked_lanes};
 use super::shadow_ray_queue::{ShadowRayBatch, ShadowRayQueue};
 use crate::components::Model;
 use crate::trace::counters::Counters;
@@ -29,10 +29,17 @@ pub trait LampShading<L: Lanes> {
 pub fn sample_lamp<L: Lanes, H: ShadedHits<L>, S: LampShading<L>>(
     context: RenderContext,
     (hits, shading): (&H, &S),
-    which: u32,
+    mut which: u32,
     (lamp, number): (&Lamp, usize),
-    shadows: &mut ShadowRayQueue,
+    shadows: &mut [ShadowRayQueue],
 ) {
+    if lamp.linking.unlit != 0 {
+        which = linked_lanes(context.lights, hits, which, |_| lamp.linking);
+        if which == 0 {
+            return;
+        }
+    }
+    let shadows = &mut shadows[context.shadow_queue(shadows.len(), number, || lamp.linking)];
     let (domain, center) = (Domain::Light(number as u32), [L::splat(0.5); 2]);
     let at = match context.settings.light_sampling {
         _ if lamp.is_point() => center,

@@ -5,20 +5,21 @@
 //! nested dielectrics in ray traced images", 2002). A surface between a body and itself, or one that another body of
 //! higher priority covers, is not there at all.
 
+use crate::base::limits;
 use crate::trace::material::ShadingParams;
 use crate::trace::primitive::Tag;
 use crate::trace::simd::Lanes;
 use crate::trace::soa::Field;
 
-/// Bits of an entry: the number of a material and one more, 0 for none.
-const BITS: u32 = 16;
-const DEPTH: u32 = u64::BITS / BITS;
-const ENTRY: u64 = (1 << BITS) - 1;
+/// Entries, and bits of one: the number of a material and one more, 0 for none.
+const DEPTH: u32 = limits::NESTED_BODIES;
+const BITS: u32 = u64::BITS / DEPTH;
+const ENTRY: u64 = limits::BODY_MATERIALS as u64;
 
 /// Materials of the transparent bodies that a ray is in, the last one entered in the lowest bits.
 ///
-/// It holds four of them, and forgets the outermost beyond that. Materials of higher numbers than it can hold are as if
-/// in air.
+/// It holds as many as [`limits::NESTED_BODIES`], and forgets the outermost beyond that. Materials of higher numbers than
+/// [`limits::BODY_MATERIALS`] are as if in air.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MediumStack(u64);
 

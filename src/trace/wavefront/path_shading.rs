@@ -6,7 +6,7 @@ use super::context::RenderContext;
 use super::interaction::shadow_ray_from;
 use super::path_state::PathStateLanes;
 use super::ray_queue::RayQueue;
-use super::shaded_hits::ShadedHits;
+use super::shaded_hits::{ShadedHits, linked_lanes};
 use super::shadow_ray_queue::{ShadowRayBatch, ShadowRayQueue};
 use crate::trace::light::Lights;
 use crate::trace::sampler::{Domain, RayNode, power_heuristic};
@@ -119,7 +119,10 @@ pub fn sample_direct<L: Lanes, H: ShadedHits<L>, B: BsdfLanes<L>>(
     }
     let value = bsdf.eval(local);
     let scatters = L::or(value.x.ne(zero), L::or(value.y.ne(zero), value.z.ne(zero)));
-    let seen = L::bits(L::and(light.good, scatters)) & hits.used();
+    let mut seen = L::bits(L::and(light.good, scatters)) & hits.used();
+    if lights.has_receivers() {
+        seen = linked_lanes(lights, hits, seen, |i| lights.linking(sampled.lights[i]));
+    }
     let mut lit = seen & !L::bits(wrong);
     let mut rays = ShadowRayBatch {
         origin: points.offset_origin(light.direction),
@@ -154,7 +157,7 @@ pub fn sample_direct<L: Lanes, H: ShadedHits<L>, B: BsdfLanes<L>>(
         for (i, light) in sampled.lights.iter().enumerate().take(L::COUNT) {
             same |= u32::from(*light == number) << i;
         }
-        let bin = number as usize % shadows.len();
+        let bin = context.shadow_queue(shadows.len(), number as usize, || lights.linking(number));
         shadows[bin].compress_store(context, left & same, &rays, &samples, lights.group(number));
         left &= !same;
     }

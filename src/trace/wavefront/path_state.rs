@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::medium_stack::MediumStack;
+use crate::base::limits;
 use crate::trace::material::texture::RayCone;
 use crate::trace::sampler::RayNode;
 use crate::trace::simd::{LANES, Lanes, lanes_from_bits, lanes_to_bits};
@@ -28,9 +29,42 @@ work_item! {
         /// camera sees, straight or by mirrors and clear glass.
         scatterings: f32,
         /// Whose light still counts.
-        emission_filter: EmissionFilter,
+        scope: EmissionScope,
     }
 }
+
+/// Whose light still counts, and for whom.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EmissionScope {
+    /// Whose light a ray still brings home.
+    pub filter: EmissionFilter,
+    /// The entity that it left, where lights do not light all of them; `None` for rays of the camera, and elsewhere.
+    pub receiver: Option<u32>,
+}
+
+/// Bits of the filter in what stands for a scope; those above are the entity and one more.
+const FILTER_BITS: u32 = 2;
+
+impl EmissionScope {
+    /// As one number.
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self.filter as u32 | self.receiver.map_or(0, |entity| (entity + 1) << FILTER_BITS)
+    }
+
+    /// Lanes of numbers that stand for scopes, with these entities in them.
+    #[inline(always)]
+    pub fn with_receivers<L: Lanes>(scopes: L, entities: &[u32; LANES]) -> L {
+        let mut bits = lanes_to_bits(scopes);
+        for (bits, entity) in bits.iter_mut().zip(entities) {
+            *bits = *bits & ((1 << FILTER_BITS) - 1) | (entity + 1) << FILTER_BITS;
+        }
+        lanes_from_bits(&bits)
+    }
+}
+
+// Room for the number of every entity, and one more.
+const _: () = assert!((limits::ENTITIES as u64 + 1) << FILTER_BITS <= u32::MAX as u64);
 
 /// Whose light a ray still brings home. Other rays than those of photon mapping seek all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,8 +85,8 @@ impl PathState {
     /// The path state of the first ray of a sample or photon.
     pub fn first(sample: u32, cone: RayCone) -> PathState {
         let (node, throughput) = (RayNode::CAMERA, Vec3::ONE);
-        let (medium, emission_filter) = (MediumStack::AIR, EmissionFilter::All);
-        PathState { node, sample, throughput, cone, pdf: 0.0, medium, scatterings: 0.0, emission_filter }
+        let (medium, scope) = (MediumStack::AIR, EmissionScope { filter: EmissionFilter::All, receiver: None });
+        PathState { node, sample, throughput, cone, pdf: 0.0, medium, scatterings: 0.0, scope }
     }
 
     /// The path state of a ray in the one possible direction.
@@ -136,21 +170,23 @@ impl Field for RayCone {
     }
 }
 
-impl Field for EmissionFilter {
+impl Field for EmissionScope {
     const COLUMNS: usize = 1;
     type Side<L: Lanes> = L;
 
     #[inline(always)]
     fn put<const N: usize>(self, row: &mut [f32; N], at: usize) {
-        row[at] = f32::from_bits(self as u32);
+        row[at] = f32::from_bits(self.bits());
     }
     #[inline(always)]
     fn take<const N: usize>(row: &[f32; N], at: usize) -> Self {
-        match row[at].to_bits() {
+        let bits = row[at].to_bits();
+        let filter = match bits & ((1 << FILTER_BITS) - 1) {
             0 => EmissionFilter::All,
             1 => EmissionFilter::DirectOnly,
             _ => EmissionFilter::NonPhoton,
-        }
+        };
+        EmissionScope { filter, receiver: (bits >> FILTER_BITS).checked_sub(1) }
     }
     #[inline(always)]
     fn put_lanes<L: Lanes, const N: usize>(lanes: L, rows: &mut [L; N], at: usize) {

@@ -79,7 +79,7 @@ mod tests {
     use crate::trace::sampler::RayNode;
     use crate::trace::simd::{Kernel, Wide, Width};
     use crate::trace::wavefront::medium_stack::{Crossing, MediumStack};
-    use crate::trace::wavefront::path_state::EmissionFilter;
+    use crate::trace::wavefront::path_state::{EmissionFilter, EmissionScope};
 
     fn state(i: u32) -> PathState {
         let x = i as f32;
@@ -95,8 +95,10 @@ mod tests {
             pdf: 2.0 * x,
             medium: if i.is_multiple_of(2) { MediumStack::AIR } else { in_glass(i) },
             scatterings: i as f32,
-            emission_filter: [EmissionFilter::All, EmissionFilter::DirectOnly, EmissionFilter::NonPhoton]
-                [i as usize % 3],
+            scope: EmissionScope {
+                filter: [EmissionFilter::All, EmissionFilter::DirectOnly, EmissionFilter::NonPhoton][i as usize % 3],
+                receiver: i.checked_sub(4),
+            },
         }
     }
 

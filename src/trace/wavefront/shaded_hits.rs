@@ -4,10 +4,11 @@ use super::batch::ShadingBatch;
 use super::context::RenderContext;
 use super::interaction::SurfaceInteraction;
 use super::path_state::PathStateLanes;
+use crate::trace::light::{LightLinking, Lights};
 use crate::trace::material::ShadingParams;
 use crate::trace::primitive::SurfacePointLanes;
 use crate::trace::sampler::{Domain, RayNode};
-use crate::trace::simd::{LANES, Lanes, V3, Wide, lanes_to_bits};
+use crate::trace::simd::{LANES, Lanes, V3, Wide, lanes, lanes_to_bits};
 
 /// What shading asks of hits, one or eight. Everything in it is to be marked `#[inline(always)]`, see
 /// [`crate::trace::simd::Kernel::run`].
@@ -29,6 +30,8 @@ pub trait ShadedHits<L: Lanes> {
     fn diffuse(&self) -> V3<L>;
     /// The material of one lane.
     fn material(&self, lane: usize) -> &ShadingParams;
+    /// The entity of one lane, by its authored index.
+    fn entity(&self, lane: usize) -> u32;
 
     /// See [`crate::trace::sampler::Sampler::stratified`].
     fn stratified(&self, domain: Domain) -> [L; 2];
@@ -49,6 +52,17 @@ pub trait ShadedHits<L: Lanes> {
     fn smooth_starts(&self, context: RenderContext, bits: u32, origins: V3<L>) -> (u32, V3<L>);
     /// What is left of light from a direction: where a map has bent the normal, it fades out at the terminator.
     fn fade(&self, light: V3<L>, direction: V3<L>) -> V3<L>;
+}
+
+/// Which of the lanes that have a bit are lit by their lights.
+#[inline(never)]
+pub fn linked_lanes<L: Lanes, H: ShadedHits<L>>(
+    lights: &Lights,
+    hits: &H,
+    bits: u32,
+    light: impl Fn(usize) -> LightLinking,
+) -> u32 {
+    lanes(bits).filter(|i| lights.is_linked(light(*i), hits.entity(*i))).fold(0, |linked, i| linked | 1 << i)
 }
 
 impl ShadedHits<f32> for SurfaceInteraction<'_> {
@@ -81,6 +95,10 @@ impl ShadedHits<f32> for SurfaceInteraction<'_> {
     #[inline(always)]
     fn material(&self, _: usize) -> &ShadingParams {
         self.material
+    }
+    #[inline(always)]
+    fn entity(&self, _: usize) -> u32 {
+        self.surface.entity
     }
     #[inline(always)]
     fn stratified(&self, domain: Domain) -> [f32; 2] {
@@ -146,6 +164,10 @@ impl<L: Wide> ShadedHits<L> for ShadingBatch<'_, L> {
     #[inline(always)]
     fn material(&self, lane: usize) -> &ShadingParams {
         ShadingBatch::material(self, lane)
+    }
+    #[inline(always)]
+    fn entity(&self, lane: usize) -> u32 {
+        ShadingBatch::entity(self, lane)
     }
     #[inline(always)]
     fn stratified(&self, domain: Domain) -> [L; 2] {

@@ -7,11 +7,12 @@ use super::holes::missing;
 use super::shadow_ray_queue::{ShadowRay, ShadowRayQueue};
 use super::slots::{CatcherRow, slot_sample};
 use super::worker::Worker;
+use crate::trace::accel::Accelerator;
 use crate::trace::soa::Ray;
 
-/// Traces the shadow rays towards a light and adds what gets through.
+/// Traces the shadow rays towards a light and adds what gets through; the accelerator finds what throws shadows in it.
 pub fn trace_shadow_rays(
-    context: RenderContext,
+    (context, accelerator): (RenderContext, &Accelerator),
     shadows: &mut ShadowRayQueue,
     blocked: &mut Vec<bool>,
     colors: &mut [Vec3],
@@ -28,14 +29,19 @@ pub fn trace_shadow_rays(
         blocked.clear();
         blocked.resize(rays.len(), true);
     } else {
-        context.accelerator.occluded_all(context.geometry, rays, &mut worker.traversal, blocked);
+        accelerator.occluded_all(context.geometry, rays, &mut worker.traversal, blocked);
     }
     // In the order of the wave, whatever order the rays were traced in.
     for (i, blocked) in blocked.iter().enumerate() {
-        let ShadowRay { slot, contribution } = shadows.get(i);
+        let ShadowRay { slot, mut contribution } = shadows.get(i);
+        if let Some(fog) = context.fog {
+            let ray = rays.get(i);
+            contribution *= fog.transmittance(ray.origin, ray.direction, ray.t_max);
+        }
         let mut share = if *blocked { 0.0 } else { 1.0 };
         if *blocked && context.dims_shadow_rays() {
-            share = dimmed(context, (rays.get(i), shadows.target(i)), (slot, contribution), colors, worker);
+            let way = (rays.get(i), shadows.target(i));
+            share = dimmed((context, accelerator), way, (slot, contribution), colors, worker);
         }
         hits += u64::from(if context.settings.transparent_shadows { share == 0.0 } else { *blocked });
         if share > 0.0 {
@@ -49,14 +55,14 @@ pub fn trace_shadow_rays(
 /// Share of light that gets along a ray that something stops; what a catcher sees of it in one of its two scenes alone is
 /// added there.
 fn dimmed(
-    context: RenderContext,
+    (context, accelerator): (RenderContext, &Accelerator),
     (ray, target): (Ray, Vec3),
     (slot, contribution): (u32, Vec3),
     colors: &mut [Vec3],
     worker: &mut Worker,
 ) -> f32 {
     let sample = slot_sample(slot);
-    let mut visible = |leaves_out| visibility(context, ray, target, (sample, leaves_out), worker);
+    let mut visible = |leaves_out| visibility((context, accelerator), ray, target, (sample, leaves_out), worker);
     let row = CatcherRow::of(context.catchers, slot);
     if row == CatcherRow::WithoutObjects {
         return visible(true);
@@ -78,14 +84,14 @@ fn dimmed(
 /// Share of light that gets along the ray to `target`, dimmed by each transparent surface on its way, and by each that
 /// is not wholly there. The second of the pair says whether objects are left out that cast shadows on catchers.
 fn visibility(
-    context: RenderContext,
+    (context, accelerator): (RenderContext, &Accelerator),
     mut ray: Ray,
     target: Vec3,
     (sample, leaves_out): (u32, bool),
     worker: &mut Worker,
 ) -> f32 {
     let mut share = 1.0;
-    while let Some(hit) = context.accelerator.closest(context.geometry, &ray, &mut worker.traversal) {
+    while let Some(hit) = accelerator.closest(context.geometry, &ray, &mut worker.traversal) {
         let surface = context.geometry.surface_point(&ray, &hit);
         let material = &context.materials[surface.material as usize];
         let through = match context.settings.transparent_shadows {

@@ -12,13 +12,14 @@ use super::collapse::LeafBuilder;
 use super::prim_ref::{FORK, PrimRange, PrimRef, refs};
 use super::split::{SahBins, split};
 use super::tree::{Tree, WideNode};
+use crate::trace::accel::HiddenPrimitives;
 use crate::trace::accel::leaves::{BuildInput, Leaves, NodeKind, NodeRef};
 use crate::trace::primitive::Bounds;
 use crate::trace::simd::LANES;
 
 /// Full quality: a block of a leaf is chosen as every split is.
-pub fn full<S: BuildInput>(source: &S, count: u32) -> Tree {
-    let mut refs = refs(source, count);
+pub fn full<S: BuildInput>(source: &S, count: u32, hidden: &HiddenPrimitives) -> Tree {
+    let mut refs = refs(source, count, hidden);
     let leaf = |refs: &[PrimRef], leaves: &mut Leaves| {
         let mut numbers = [0; LANES];
         refs.iter().zip(&mut numbers).for_each(|(r, n)| *n = r.number());

@@ -13,6 +13,7 @@ use super::morton;
 use super::prim_ref::{Extent, PrimRange, PrimRef, refs};
 use super::split::cost;
 use super::tree::{Tree, WideNode, renumbered};
+use crate::trace::accel::HiddenPrimitives;
 use crate::trace::accel::leaves::{BuildInput, Leaves, NodeKind, NodeRef};
 use crate::trace::simd::LANES;
 
@@ -23,12 +24,17 @@ const STRETCH: usize = 256;
 /// hierarchy above what goes with what.
 const WASTE: f32 = 1.1;
 
-/// The tree over the first `count` primitives of a source, the same on any number of threads.
-pub fn fast<S: BuildInput>(source: &S, count: u32) -> Tree {
-    let mut refs = refs(source, count);
+/// The tree over the first `count` primitives of a source that are not hidden, the same on any number of threads.
+pub fn fast<S: BuildInput>(source: &S, count: u32, hidden: &HiddenPrimitives) -> Tree {
+    let mut refs = refs(source, count, hidden);
     let centroids = PrimRange::of_many(&mut refs).centroids;
     let order = morton::order(&refs, centroids);
     let cuts: Vec<CurveCuts> = order.par_chunks(STRETCH).map(|stretch| CurveCuts::of(&refs, stretch)).collect();
+    // What is hidden has no reference, so that those of the others are not numbered as they are.
+    let order = match hidden.is_empty() {
+        true => order,
+        false => order.iter().map(|at| refs[*at as usize].number()).collect(),
+    };
     drop(refs);
     let (mut boxes, mut runs) = (Vec::new(), Vec::new());
     let mut end = 0;
@@ -206,7 +212,7 @@ mod tests {
         let geometry = balls(20_000, |n| (scattered(n), 0.001 + 0.01 * scattered(n + 1).x));
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| fast(&geometry, geometry.finite()))
+            pool.install(|| fast(&geometry, geometry.finite(), &HiddenPrimitives::NONE))
         };
         let (one, three) = (on(1), on(3));
         assert_sound(&one, &geometry);
@@ -217,7 +223,7 @@ mod tests {
     fn what_has_one_middle_is_shared_out_evenly() {
         for radius in [|_| 1.0, |n| 1.0 + n as f32] {
             let geometry = balls(5000, |n| (Vec3::ONE, radius(n)));
-            let tree = fast(&geometry, geometry.finite());
+            let tree = fast(&geometry, geometry.finite(), &HiddenPrimitives::NONE);
             assert_sound(&tree, &geometry);
             assert!(tree.leaves.spheres.len() < 1400, "{} leaves", tree.leaves.spheres.len());
             assert!(tree.stack < 200, "{} entries", tree.stack);
@@ -230,7 +236,8 @@ mod tests {
             0 => (Vec3::splat(1e6), 1.0),
             _ => (scattered(n), 0.01),
         });
-        let [fast, full] = [fast, build::full].map(|build| build(&geometry, geometry.finite()));
+        let [fast, full] =
+            [fast, build::full].map(|build| build(&geometry, geometry.finite(), &HiddenPrimitives::NONE));
         assert_sound(&fast, &geometry);
         let [fast, full] = [fast, full].map(|tree| {
             let crowded = tree.nodes.iter().flat_map(|node| (0..LANES).map(|slot| node.bounds_at(slot)));

@@ -3,6 +3,7 @@
 use glam::Vec4;
 use rayon::prelude::*;
 
+use crate::trace::accel::HiddenPrimitives;
 use crate::trace::accel::leaves::{BuildInput, NodeKind};
 use crate::trace::primitive::Bounds;
 
@@ -56,8 +57,11 @@ impl PrimRef {
     }
 }
 
-/// The first `count` primitives of a source.
-pub fn refs<S: BuildInput>(source: &S, count: u32) -> Vec<PrimRef> {
+/// The first `count` primitives of a source, but for those that are hidden.
+pub fn refs<S: BuildInput>(source: &S, count: u32, hidden: &HiddenPrimitives) -> Vec<PrimRef> {
+    if !hidden.is_empty() {
+        return hidden.shown(count).into_par_iter().with_min_len(4096).map(|n| PrimRef::of(source, n)).collect();
+    }
     (0..count).into_par_iter().with_min_len(4096).map(|n| PrimRef::of(source, n)).collect()
 }
 

@@ -61,6 +61,7 @@ mod tests {
 
     use super::*;
     use crate::components::MeshData;
+    use crate::trace::accel::HiddenPrimitives;
     use crate::trace::accel::bvh::build;
     use crate::trace::accel::packet::alone;
     use crate::trace::primitive::Tag;
@@ -73,7 +74,7 @@ mod tests {
             let mut geometry = Geometry::default();
             geometry.push_instance(Tag::default(), mesh, false, &DAffine3::from_translation(DVec3::X * x));
             geometry.finish();
-            Bvh::build(&geometry, Width::detect(), f64::INFINITY, before)
+            Bvh::build(&geometry, Width::detect(), f64::INFINITY, (before, true), &HiddenPrimitives::NONE)
         };
         let first = build(&mesh, 0.0, None);
         assert!(Arc::ptr_eq(&build(&mesh, 5.0, Some(&first)).models[0].1, &first.models[0].1));
@@ -90,7 +91,7 @@ mod tests {
             geometry.push_instance(Tag::default(), &mesh, false, &map);
         }
         geometry.finish();
-        let tree = Bvh::build(&geometry, Width::detect(), f64::INFINITY, None);
+        let tree = Bvh::build(&geometry, Width::detect(), f64::INFINITY, (None, false), &HiddenPrimitives::NONE);
         let mut worker = TraversalScratch::default();
         let ray = Ray::new(Vec3::new(6.3, 0.3, 5.0), Vec3::NEG_Z);
         assert!(alone::<_, false>(&tree, &geometry, &ray, &mut worker).1.found);
@@ -110,11 +111,12 @@ mod tests {
             geometry.finish();
             geometry
         };
-        let first = Bvh::build(&balls(|i| i, 0.0), Width::detect(), f64::INFINITY, None);
+        let first =
+            Bvh::build(&balls(|i| i, 0.0), Width::detect(), f64::INFINITY, (None, false), &HiddenPrimitives::NONE);
         let moved = balls(|i| i, 1.0);
         let fitted = first.world.refit(&moved).expect("nearly the same");
         assert_eq!(fitted.nodes.len(), first.world.nodes.len());
-        assert!(fitted.estimate() < 1.1 * build::full(&moved, moved.finite()).estimate());
+        assert!(fitted.estimate() < 1.1 * build::full(&moved, moved.finite(), &HiddenPrimitives::NONE).estimate());
         // Every ball far from those that were its neighbours.
         assert!(first.world.refit(&balls(|i| i * 301 % 512, 0.0)).is_none());
     }

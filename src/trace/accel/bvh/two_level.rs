@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::tree::{Tree, repays};
 use super::{build, fast};
 use crate::components::MeshData;
+use crate::trace::accel::HiddenPrimitives;
 use crate::trace::accel::leaves::BuildInput;
 use crate::trace::primitive::{Geometry, MeshPrototype, PrimitiveKind, PrimitiveLayout};
 use crate::trace::simd::{LANES, Width};
@@ -30,8 +31,8 @@ pub struct Bvh {
 }
 
 impl Tree {
-    fn build<S: BuildInput>(source: &S, count: u32, rays: f64) -> Tree {
-        if repays(rays, count) { build::full(source, count) } else { fast::fast(source, count) }
+    fn build<S: BuildInput>(source: &S, count: u32, rays: f64, hidden: &HiddenPrimitives) -> Tree {
+        if repays(rays, count) { build::full(source, count, hidden) } else { fast::fast(source, count, hidden) }
     }
 }
 
@@ -39,20 +40,31 @@ impl Bvh {
     /// `rays` are expected to go through it. `before` may be any tree: what it holds of the same meshes is not built
     /// again, and where the world has as many primitives of each kind its boxes are fitted to them while that is good
     /// enough. What rays cost then depends on the trees before, what they find does not.
-    pub fn build(geometry: &Geometry, width: Width, rays: f64, before: Option<&Bvh>) -> Self {
+    ///
+    /// What is `hidden` is left out of the world; `refits` says whether `before` leaves out the same.
+    pub fn build(
+        geometry: &Geometry,
+        width: Width,
+        rays: f64,
+        (before, refits): (Option<&Bvh>, bool),
+        hidden: &HiddenPrimitives,
+    ) -> Self {
         let known = before.map_or(&[][..], |bvh| &bvh.models);
         let tree = |model: &MeshPrototype| {
             let count = model.mesh.triangles.len() as u32;
             let same = known.iter().find(|(mesh, _)| Arc::ptr_eq(mesh, &model.mesh));
             let good = same.filter(|(_, tree)| !tree.is_outgrown(rays, count));
-            good.map_or_else(|| Arc::new(Tree::build(model, count, rays)), |(_, tree)| tree.clone())
+            good.map_or_else(
+                || Arc::new(Tree::build(model, count, rays, &HiddenPrimitives::NONE)),
+                |(_, tree)| tree.clone(),
+            )
         };
         let models: Vec<_> = geometry.prototypes().iter().map(|model| (model.mesh.clone(), tree(model))).collect();
         let (layout, count) = (geometry.layout(), geometry.finite());
-        let same = before.filter(|bvh| bvh.layout == layout && !bvh.world.is_outgrown(rays, count));
+        let same = before.filter(|bvh| refits && bvh.layout == layout && !bvh.world.is_outgrown(rays, count));
         let fitted = same.and_then(|bvh| bvh.world.refit(geometry));
         let is_fitted = fitted.is_some();
-        let mut world = fitted.unwrap_or_else(|| Tree::build(geometry, count, rays));
+        let mut world = fitted.unwrap_or_else(|| Tree::build(geometry, count, rays, hidden));
         world.order_children();
         // Each walk puts down eight at once, of which the last may be none.
         let of_models = models.iter().map(|(_, tree)| tree.stack).max().unwrap_or(0);

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::cells::{GridCell, GridLevel, NestedGrid};
 use crate::base::limits;
+use crate::trace::accel::HiddenPrimitives;
 use crate::trace::accel::leaves::{BuildInput, Leaves, NodeKind, NodeRef};
 use crate::trace::primitive::Bounds;
 use crate::trace::simd::LANES;
@@ -17,15 +18,16 @@ const DENSE: usize = 48;
 /// Least side of a cell, in pads: nearer to them, primitives would be listed in cells that they do not touch.
 const LEAST_SIDE: f32 = 6.0;
 
-/// Lists the first `count` primitives of a source.
-pub fn nest<S: BuildInput>(source: &S, count: u32, density: f64, pad: f32) -> NestedGrid {
+/// Lists the first `count` primitives of a source, but for those that are hidden.
+pub fn nest<S: BuildInput>(source: &S, count: u32, density: f64, pad: f32, hidden: &HiddenPrimitives) -> NestedGrid {
     let boxes: Vec<Bounds> = (0..count).map(|n| source.bounds(n)).collect();
-    let bounds = boxes.iter().fold(Bounds::default(), |b, o| b.union(*o));
+    let shown = hidden.shown(count);
+    let bounds = shown.iter().fold(Bounds::default(), |b, n| b.union(boxes[*n as usize]));
     let extent = if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
-    let large = choose_large(&boxes);
+    let large = choose_large(&boxes, &shown);
     let mut inside = vec![true; boxes.len()];
     large.iter().for_each(|n| inside[*n as usize] = false);
-    let members: Vec<u32> = (0..count).filter(|n| inside[*n as usize]).collect();
+    let members: Vec<u32> = shown.into_iter().filter(|n| inside[*n as usize]).collect();
     let mut nest = NestedGrid {
         levels: Vec::new(),
         cells: Vec::new(),
@@ -243,10 +245,10 @@ fn resolution(size: Vec3, count: usize, density: f64, least: f32) -> [u32; 3] {
 }
 
 /// The primitives that are better kept out: few, large, and without them the rest is much smaller.
-fn choose_large(boxes: &[Bounds]) -> Vec<u32> {
+fn choose_large(boxes: &[Bounds], shown: &[u32]) -> Vec<u32> {
     let extent = |b: &Bounds| b.size().max_element();
-    let mut by_size: Vec<u32> = (0..boxes.len() as u32).collect();
-    if boxes.len() > MOST_LARGE {
+    let mut by_size: Vec<u32> = shown.to_vec();
+    if by_size.len() > MOST_LARGE {
         let key = |n: &u32| (std::cmp::Reverse(extent(&boxes[*n as usize]).to_bits()), *n);
         by_size.select_nth_unstable_by_key(MOST_LARGE, key);
         by_size[..=MOST_LARGE].sort_unstable_by_key(key);

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::build;
 use super::cells::NestedGrid;
 use crate::components::MeshData;
+use crate::trace::accel::HiddenPrimitives;
 use crate::trace::primitive::{Geometry, MeshPrototype};
 use crate::trace::simd::Width;
 
@@ -22,7 +23,14 @@ pub struct Grid {
 impl Grid {
     /// `density` is in cells per primitive; `before` may be any grid: what it holds of the same meshes is not built
     /// again.
-    pub fn build(geometry: &Geometry, density: f64, width: Width, before: Option<&Grid>) -> Self {
+    /// What is `hidden` is left out of the world.
+    pub fn build(
+        geometry: &Geometry,
+        density: f64,
+        width: Width,
+        before: Option<&Grid>,
+        hidden: &HiddenPrimitives,
+    ) -> Self {
         let known = before.map_or(&[][..], |grid| &grid.models);
         let pad = geometry.bounds().size().length() * PAD;
         // The pad in the space of each model: that of the world where its instances make it largest there.
@@ -36,11 +44,19 @@ impl Grid {
             let same = known.iter().find(|(mesh, nest)| {
                 Arc::ptr_eq(mesh, &model.mesh) && (pad..=4.0 * pad).contains(&nest.pad) && nest.density == density
             });
-            let built = || Arc::new(build::nest(model, model.mesh.triangles.len() as u32, density, 2.0 * pad));
+            let built = || {
+                Arc::new(build::nest(
+                    model,
+                    model.mesh.triangles.len() as u32,
+                    density,
+                    2.0 * pad,
+                    &HiddenPrimitives::NONE,
+                ))
+            };
             (model.mesh.clone(), same.map_or_else(built, |(_, nest)| nest.clone()))
         };
         let models = geometry.prototypes().iter().zip(pads).map(nest).collect();
-        Grid { world: build::nest(geometry, geometry.finite(), density, pad), models, width }
+        Grid { world: build::nest(geometry, geometry.finite(), density, pad, hidden), models, width }
     }
 
     pub fn bytes(&self) -> usize {

@@ -147,7 +147,8 @@ impl DomainProbe<'_, '_> {
         let length = way.length();
         let mut ray = Ray { origin, direction: way / length, t_max: length };
         for _ in 0..PANES {
-            let Some(hit) = self.context.accelerator.closest(self.context.geometry, &ray, self.traversal) else {
+            let Some(hit) = self.context.accelerators.scattered.closest(self.context.geometry, &ray, self.traversal)
+            else {
                 return self.reach;
             };
             let surface = self.context.geometry.surface_point(&ray, &hit);
@@ -184,7 +185,7 @@ impl DomainProbe<'_, '_> {
         let up = THICKNESS * distance;
         let origin = self.point + self.along * distance + self.normal * up;
         let ray = Ray { origin, direction: -self.normal, t_max: up + THICKNESS * self.reach };
-        let Some(hit) = self.context.accelerator.closest(self.context.geometry, &ray, self.traversal) else {
+        let Some(hit) = self.context.accelerators.scattered.closest(self.context.geometry, &ray, self.traversal) else {
             return false;
         };
         self.context.geometry.surface_point(&ray, &hit).geometric_normal.dot(self.normal).abs() > AGREEMENT

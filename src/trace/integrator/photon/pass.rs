@@ -98,7 +98,9 @@ impl PhotonPass {
             diffuse: PhotonMap::new(landed.diffuse, diffuse),
             guide,
             goes_on: sky || !lamps.is_empty() || shines_unasked(context),
-            non_photon: Lights::new(lamps, context.geometry, &[]).under(context.environment, context.geometry),
+            non_photon: Lights::new(lamps, context.geometry, &[])
+                .under(context.environment, context.geometry)
+                .linked(context.lights.links().cloned()),
         };
         Some((photons, counters))
     }

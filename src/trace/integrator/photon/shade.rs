@@ -34,7 +34,7 @@ pub fn shade(
     let seen = HitBsdf::new(context, met, TransportMode::Radiance);
     let HitBsdf { bsdf, frame, wo, .. } = &seen;
     let last = depth == context.settings.max_depth;
-    let all = met.state.emission_filter == EmissionFilter::All;
+    let all = met.state.scope.filter == EmissionFilter::All;
     let lights = if all { context.lights } else { &photons.non_photon };
     if !bsdf.is_specular() && !sinks.shadows.is_empty() && !lights.is_empty() {
         sample_direct(context, lights, (met, &seen), last, sinks.shadows);
@@ -49,7 +49,7 @@ pub fn shade(
     }
     let Some((ray, mut state)) = scatter_one(context, &seen, depth, &mut traversal.counters) else { return };
     if !all {
-        state.emission_filter = EmissionFilter::NonPhoton;
+        state.scope.filter = EmissionFilter::NonPhoton;
     } else if state.pdf > 0.0 && bsdf.is_diffuse() {
         divide(met, bsdf, *wo, frame.to_local(ray.direction), &mut state);
     }
@@ -67,7 +67,7 @@ fn divide(met: &SurfaceInteraction, bsdf: &Bsdf, wo: Vec3, wi: Vec3, state: &mut
     // Not so where nothing is left at all: the chance is no number.
     let followed = chance > 0.0 && met.sampler.random(state.node, Domain::Part)[0] < chance;
     if !followed {
-        state.emission_filter = EmissionFilter::DirectOnly;
+        state.scope.filter = EmissionFilter::DirectOnly;
     }
     if chance > 0.0 {
         let (part, chance) = if followed { (rest, chance) } else { (diffuse, 1.0 - chance) };

@@ -93,10 +93,15 @@ impl<'a> PhotonTracer<'a> {
         for rays in 1..=most {
             let under_way = self.wave.rays().len();
             worker.traversal.counters.photon_rays += under_way as u64;
-            context.accelerator.closest_all(context.geometry, self.wave.rays(), &mut worker.traversal, &mut self.hits);
+            context.accelerators.scattered.closest_all(
+                context.geometry,
+                self.wave.rays(),
+                &mut worker.traversal,
+                &mut self.hits,
+            );
             let key = self.key;
             let sampler = |sample: u32| Sampler::new(key, photons.start + sample, 1);
-            pass_surfaces(context, &mut self.wave, &mut self.hits, sampler, worker);
+            pass_surfaces((context, context.accelerators.scattered), &mut self.wave, &mut self.hits, sampler, worker);
             for i in 0..under_way {
                 if let Some(hit) = self.hits.get(i) {
                     let (ray, state) = self.wave.get(i);
@@ -139,6 +144,8 @@ impl<'a> PhotonTracer<'a> {
         let photon = state.sample as usize;
         if let Some(medium) = state.medium.material(context.materials) {
             state.throughput *= context.materials[medium as usize].transmittance(hit.t);
+        } else if let Some(fog) = context.fog {
+            state.throughput *= fog.transmittance(ray.origin, ray.direction, hit.t);
         }
         let mut surface = context.geometry.surface_point(&ray, hit);
         let mut material = &context.materials[surface.material as usize];

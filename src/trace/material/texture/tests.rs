@@ -48,7 +48,7 @@ impl TexturedScene {
         let mut geometry = Geometry::default();
         push(&mut geometry);
         geometry.finish();
-        let accelerator = Accelerator::rebuild(&geometry, Accel::Brute, 2.0, f64::INFINITY, None);
+        let accelerator = Accelerator::build(&geometry, Accel::Brute, 2.0);
         TexturedScene { geometry, accelerator, skins: wearing(dress, still()) }
     }
 
