@@ -55,3 +55,29 @@ pub fn check(ast: &AST, source: &ScriptSource) -> Result<(), Diagnostics> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::script::tests::open;
+
+    #[test]
+    fn functions_that_the_program_calls_take_what_it_gives() {
+        let fails = |text: &str, words: &[&str]| {
+            let message = open(&format!("animation(#{{ frames: 5 }});\n{text}"), &[]).map(drop).unwrap_err();
+            words.iter().for_each(|word| assert!(message.contains(word), "{word}\n{message}"));
+        };
+        fails("fn frame(s) { }", &["show.rhai:2:4: error: `fn frame(s)` is called as `frame(s, f)`"]);
+        fails("fn frame(s, f) { }\nfn setup() { }", &["show.rhai:3:4", "is called as `setup(s)`"]);
+        fails("fn frame(s, f) { }\nfn start() { 1 }", &["show.rhai:3:4", "is called as `start(s)`"]);
+        fails("fn start(s) { 1 }\nfn step(x) { x }\nfn frame(s, f) { }", &["show.rhai:3:4", "`step(state, f)`"]);
+        fails("fn frame(s, f) { }\nfn setpu(s) { }", &["show.rhai:3:4: error: nothing calls", "did you mean `setup`?"]);
+        fails("fn Frame(s, f) { }", &["show.rhai:2:4", "did you mean `frame`?"]);
+        // Functions of one's own may have any name that is used.
+        for text in ["fn setup(s) { } fn setups(s) { }", "fn steps() { 3 } let n = steps();"] {
+            open(&format!("animation(#{{ frames: 5 }}); fn frame(s, f) {{ }} {text}"), &[]).unwrap();
+        }
+        let inside =
+            open("fn setup(s) {\n  animation(#{ frames: 5 });\n}\nfn frame(s, f) { }", &[]).map(drop).unwrap_err();
+        assert!(inside.contains("show.rhai:2:3: error: the script does not call `animation` at its top"), "{inside}");
+    }
+}

@@ -404,3 +404,26 @@ fn deepest_position<'a>(error: &'a EvalAltResult, file: &'a str) -> (&'a str, Po
     let (found, position) = deepest_position(inner, inner_file);
     if position.is_none() { (file, *at) } else { (found, position) }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::script::tests::{open, scene};
+
+    #[test]
+    fn mistakes_in_a_map_are_placed_at_their_key() {
+        let setup = |text: &str, words: &[&str]| {
+            let program =
+                open(&format!("animation(#{{ frames: 5 }});\nfn frame(s, f) {{ }}\nfn setup(s) {{\n{text}\n}}"), &[]);
+            let message = program.unwrap().setup(&scene()).map(drop).unwrap_err().to_string();
+            words.iter().for_each(|word| assert!(message.contains(word), "{word}\n{message}"));
+        };
+        let ball =
+            "s.spawn(#{\n  name: \"a, centre: b\", // centre: 3\n  sphere: #{ radius: 2,\n    centre: [0, 1, 2] }\n});";
+        setup(ball, &["show.rhai:7:5", "centre", "did you mean `center`?"]);
+        setup("s.spawn(#{ sphere: #{ \"radus\": 2 } });", &["show.rhai:4:24", "radus"]);
+        setup("let t = shake(1.0,\n  #{ sped: 3 });", &["show.rhai:5:6", "sped"]);
+        let header =
+            open("animation(#{\n  scene: \"x.ron\",\n  fsp: 24 });\nfn frame(s, f) { }", &[]).map(drop).unwrap_err();
+        assert!(header.contains("show.rhai:3:3"), "{header}");
+    }
+}

@@ -347,8 +347,9 @@ impl EntityHandle {
         let color = self.light().map(|_| "color");
         let help = suggestion(property, own.chain(color).chain(EntityDesc::keys()));
         let worn = self.scene.lock().component(self.index, Kind::MaterialName).and_then(|c| c.record().get("name"));
+        let is_vague = |help: &str| !help.starts_with("did you mean") || help.contains("`material`");
         let help = match (worn, &help) {
-            (Some(Value::Text(name)), Some(found)) if !found.starts_with("did you mean") => field_of_material(property)
+            (Some(Value::Text(name)), Some(found)) if is_vague(found) => field_of_material(property)
                 .map(|field| format!("that is its material's: s.material(\"{name}\").{field}")),
             _ => None,
         }

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::components::*;
 
-fn scene() -> Arc<Scene> {
+pub fn scene() -> Arc<Scene> {
     let ball = |name: &str, z: f64| {
         let transform = Transform { translation: DVec3::new(0.0, 0.0, z), ..Transform::default() };
         EntityDesc::new([transform.into(), Sphere::default().into(), MaterialName("brass".into()).into()]).named(name)
@@ -22,7 +22,7 @@ fn scene() -> Arc<Scene> {
     })
 }
 
-fn open(text: &str, defines: &[(&str, &str)]) -> Result<Program, String> {
+pub fn open(text: &str, defines: &[(&str, &str)]) -> Result<Program, String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("show.rhai");
     std::fs::write(&path, text).unwrap();
@@ -423,44 +423,6 @@ fn mistakes_in_a_simulation_are_explained() {
     fails("fn start(s) { 1 }\nfn step(state, f) { state.x }\nfn frame(s, f) { }", &["show.rhai:3:", "in frame 2"]);
     fails("fn start(s) { s.get(\"near\") } fn step(a, f) { a } fn frame(s, f) { }", &["a state holds numbers"]);
     fails("fn start(s) { s.camera.fov = 3; 1 } fn step(a, f) { a } fn frame(s, f) { }", &["cannot change the scene"]);
-}
-
-#[test]
-fn mistakes_in_a_map_are_placed_at_their_key() {
-    let setup = |text: &str, words: &[&str]| {
-        let program =
-            open(&format!("animation(#{{ frames: 5 }});\nfn frame(s, f) {{ }}\nfn setup(s) {{\n{text}\n}}"), &[]);
-        let message = program.unwrap().setup(&scene()).map(drop).unwrap_err().to_string();
-        words.iter().for_each(|word| assert!(message.contains(word), "{word}\n{message}"));
-    };
-    let ball =
-        "s.spawn(#{\n  name: \"a, centre: b\", // centre: 3\n  sphere: #{ radius: 2,\n    centre: [0, 1, 2] }\n});";
-    setup(ball, &["show.rhai:7:5", "centre", "did you mean `center`?"]);
-    setup("s.spawn(#{ sphere: #{ \"radus\": 2 } });", &["show.rhai:4:24", "radus"]);
-    setup("let t = shake(1.0,\n  #{ sped: 3 });", &["show.rhai:5:6", "sped"]);
-    let header =
-        open("animation(#{\n  scene: \"x.ron\",\n  fsp: 24 });\nfn frame(s, f) { }", &[]).map(drop).unwrap_err();
-    assert!(header.contains("show.rhai:3:3"), "{header}");
-}
-
-#[test]
-fn functions_that_the_program_calls_take_what_it_gives() {
-    let fails = |text: &str, words: &[&str]| {
-        let message = open(&format!("animation(#{{ frames: 5 }});\n{text}"), &[]).map(drop).unwrap_err();
-        words.iter().for_each(|word| assert!(message.contains(word), "{word}\n{message}"));
-    };
-    fails("fn frame(s) { }", &["show.rhai:2:4: error: `fn frame(s)` is called as `frame(s, f)`"]);
-    fails("fn frame(s, f) { }\nfn setup() { }", &["show.rhai:3:4", "is called as `setup(s)`"]);
-    fails("fn frame(s, f) { }\nfn start() { 1 }", &["show.rhai:3:4", "is called as `start(s)`"]);
-    fails("fn start(s) { 1 }\nfn step(x) { x }\nfn frame(s, f) { }", &["show.rhai:3:4", "`step(state, f)`"]);
-    fails("fn frame(s, f) { }\nfn setpu(s) { }", &["show.rhai:3:4: error: nothing calls", "did you mean `setup`?"]);
-    fails("fn Frame(s, f) { }", &["show.rhai:2:4", "did you mean `frame`?"]);
-    // Functions of one's own may have any name that is used.
-    for text in ["fn setup(s) { } fn setups(s) { }", "fn steps() { 3 } let n = steps();"] {
-        open(&format!("animation(#{{ frames: 5 }}); fn frame(s, f) {{ }} {text}"), &[]).unwrap();
-    }
-    let inside = open("fn setup(s) {\n  animation(#{ frames: 5 });\n}\nfn frame(s, f) { }", &[]).map(drop).unwrap_err();
-    assert!(inside.contains("show.rhai:2:3: error: the script does not call `animation` at its top"), "{inside}");
 }
 
 proptest! {

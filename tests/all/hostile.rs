@@ -39,7 +39,7 @@ fn cases() -> Vec<Case> {
         // What is made of the scene.
         ("", line("let p = s.spawn(#{ name: \"p\" });\n p.parent = \"p\";"), &["a.rhai:5:4:", "in a circle"]),
         ("", line("let e = s.spawn(#{});\n s.despawn(e);\n e.yaw = 1;"), &["a.rhai:6:4:", "was removed"]),
-        ("", line("s.spawn(#{ sphere: #{ radius: 0.0 / 0.0 } });"), &["a.rhai:4:3:", "a finite number, not NaN"]),
+        ("", line("s.spawn(#{ sphere: #{ radius: 0.0 / 0.0 } });"), &["a.rhai:4:23:", "a finite number, not NaN"]),
         ("", line("s.render.size = [9223372036854775807, 1];"), &["a.rhai:4:", "`size`"]),
         ("", line("s.spawn(#{ mesh: #{ file: \"/dev/zero\" } });"), &["a.rhai:4:3:", "outside of the project"]),
         ("", line("s.camera.fov = |x| x;"), &["a.rhai:4:", "cannot hold this"]),

@@ -199,7 +199,7 @@ fn foreign_words_in_scripts() {
         ("s.find(\"ball\");", 3, "`get`"),
         ("map_range(1, 2, 3, 4, 5);", 1, "`remap`"),
         ("random();", 1, "`rng`"),
-        ("s.spawn(#{ cube: #{} });", 3, "`aabox`"),
+        ("s.spawn(#{ cube: #{} });", 12, "`aabox`"),
     ] {
         trials.wrong(line, column, &[word]);
     }
