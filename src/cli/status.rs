@@ -23,7 +23,8 @@ Examples:
   anim status frames/show                  once
   anim status frames/show --watch          again and again, until all is there
   anim status frames/show --json           for programs
-  anim status frames/show --verify --exit-code && anim film frames/show -o show.mp4"
+  anim status frames/show --verify --exit-code && anim film frames/show -o show.mp4     after workers, who say what is wanted
+  anim plan show.rhai --exit-code && anim film show.rhai -o show.mp4                    after a run that may have been cut short"
 )]
 pub struct StatusArguments {
     /// A folder of frames
@@ -37,7 +38,7 @@ pub struct StatusArguments {
     /// Read every file and compare it with its checksum
     #[arg(long)]
     verify: bool,
-    /// Exit with 1 if a frame is not there
+    /// Exit with 1 if a frame is not there: of those that workers want, or else of all up to the highest number that is there
     #[arg(long)]
     exit_code: bool,
 }

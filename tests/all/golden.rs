@@ -103,6 +103,21 @@ fn golden_stilllife() {
     show("stilllife", 24);
 }
 
+/// Goldens whose frames would be rendered though nothing changed cost their users what the hash is there to save.
+#[test]
+fn goldens_carry_the_hashes_of_their_frames() {
+    let new = Path::new(env!("CARGO_TARGET_TMPDIR")).join("golden/unchanged");
+    let run = Command::new(env!("CARGO_BIN_EXE_anim"))
+        .args(["test", "tests/golden", "--out"])
+        .arg(&new)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&run.stdout);
+    let is_all = said.trim().strip_suffix(" unchanged").is_some_and(|count| count.parse::<u32>().is_ok());
+    assert!(run.status.success() && is_all, "{said}\naccept them again: anim test tests/golden --render --accept");
+}
+
 /// A show that nobody tests, or a golden of a frame that is no more, would go unseen.
 #[test]
 fn every_show_and_every_golden_is_named() {
