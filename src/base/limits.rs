@@ -57,8 +57,8 @@ pub const REUSE_CHANGED_ENTITIES: usize = 8_192;
 /// Pairs of a mesh and another body whose bounds are compared for contacts: a few milliseconds. Beyond it, all faces of
 /// meshes count as near something.
 pub const CONTACT_PAIRS: usize = 4_000_000;
-/// Flat faces near other bodies among which contacts are looked for: beyond it the search would show in the time of a frame, and scenes of
-/// so many are scanned or scattered, not built of blocks that touch.
+/// Flat faces near other bodies among which contacts are looked for: beyond it the search would show in the time of a
+/// frame, and scenes of so many are scanned or scattered, not built of blocks that touch.
 pub const CONTACT_FACES: usize = 100_000;
 /// Pairs of faces in one plane that are tested for an overlap: a floor of a thousand tiles.
 pub const CONTACT_TESTS: usize = 500_000;

@@ -1,9 +1,9 @@
 //! The film: what samples add up to, linear pixels of one frame, and their way to numbers of a picture file.
 //!
 //! Pixels are linear and of any size (scene referred). [`accumulator`] adds samples up, tile by tile; [`filter`] draws where
-//! in and around a pixel they lie; `catcher` makes alpha of shadows; [`layers`] say what the pixels show; [`denoise`] takes out noise; [`tone`] makes what a
-//! screen can show of the result; [`bounds`] are rectangles of a frame that is not rendered as a whole, [`rows`] filter
-//! one that comes in bands.
+//! in and around a pixel they lie; `catcher` makes alpha of shadows; [`layers`] say what the pixels show; [`denoise`]
+//! takes out noise; [`tone`] makes what a screen can show of the result; [`bounds`] are rectangles of a frame that is not
+//! rendered as a whole, [`rows`] filter one that comes in bands.
 
 pub mod accumulator;
 pub mod bounds;

@@ -6,6 +6,7 @@ use ::rhai::{AST, Dynamic, Engine, EvalAltResult, ParseError, Position};
 
 use super::allowance;
 use super::inspect;
+use super::map_keys::MapKeys;
 use super::rewrite::{self, Rewritten};
 use super::vocabulary::Vocabulary;
 use super::words::{self, Words};
@@ -56,6 +57,7 @@ pub struct ScriptSource {
     pub text: String,
     /// What was compiled in its place.
     rewritten: Rewritten,
+    keys: MapKeys,
 }
 
 /// A script and its modules as text.
@@ -166,7 +168,8 @@ impl ScriptSource {
     ) -> (ScriptSource, Result<AST, Diagnostics>) {
         vocabulary.read(&text);
         let (ast, rewritten) = rewrite::compile(engine, &text);
-        let source = ScriptSource { file: file.into(), text, rewritten };
+        let keys = MapKeys::new(engine, &text);
+        let source = ScriptSource { file: file.into(), text, rewritten, keys };
         let ast = ast.map_err(|first| source.mistakes_of_grammar(engine, first, vocabulary)).and_then(|ast| {
             let mistakes = inspect::certain_mistakes(&ast, vocabulary);
             let mistakes = mistakes.into_iter().map(|(at, words)| diagnostic(words, source.place(at)));
@@ -216,18 +219,12 @@ impl ScriptSource {
         if *call.file != *self.file || call.line == 0 {
             return None;
         }
-        let line: usize = self.text.split_inclusive('\n').take(call.line as usize - 1).map(str::len).sum();
-        let column: usize = self.text[line..].chars().take(call.column as usize - 1).map(char::len_utf8).sum();
-        let start = line + column;
-        let name = self.text[start..].find(|c: char| !c.is_alphanumeric() && c != '_')?;
-        let open = start + name + self.text[start + name..].find(|c: char| !c.is_whitespace())?;
-        if name == 0 || !self.text[open..].starts_with('(') {
-            return None;
-        }
-        let keys = keys(&self.text[open..]);
+        let small = |n: u32| n.min(u16::MAX.into()) as u16;
+        let at = Position::new(small(call.line), small(call.column));
+        let keys = self.keys.of_call(rewrite::offset(&self.text, &rewrite::line_starts(&self.text), at));
         let named = message.split('`').skip(1).step_by(2);
-        let found = named.filter_map(|word| keys.iter().find(|key| self.text[open..][key.0..key.1] == *word)).next()?;
-        Some(Place::of_span(self.file.clone(), &self.text, open + found.0, open + found.1))
+        let (start, end) = named.filter_map(|word| keys.iter().find(|key| self.text[key.0..key.1] == *word)).next()?;
+        Some(Place::of_span(self.file.clone(), &self.text, *start, *end))
     }
 
     /// The engine points at the dot before a property, and at the bracket of a look-up; what stands behind it is meant.
@@ -329,57 +326,6 @@ impl ScriptSource {
             None => Place::file(self.file.clone()),
         }
     }
-}
-
-/// The keys of all maps in the parentheses that a text starts with.
-fn keys(text: &str) -> Vec<(usize, usize)> {
-    let (mut keys, mut depth, mut before) = (Vec::new(), 0, ' ');
-    let mut at = 0;
-    while let Some(c) = text[at..].chars().next() {
-        let rest = &text[at..];
-        let length = match c {
-            '"' | '`' => quoted_length(rest, c),
-            '/' if rest.starts_with("//") => rest.find('\n').unwrap_or(rest.len()),
-            '/' if rest.starts_with("/*") => rest.find("*/").map_or(rest.len(), |end| end + 2),
-            _ if c.is_alphabetic() || c == '_' => {
-                rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len())
-            }
-            _ => c.len_utf8(),
-        };
-        let (bare, behind) = (rest[..length].trim_matches('"'), rest[length..].trim_start());
-        let is_key = behind.starts_with(':') && !behind.starts_with("::") && matches!(before, '{' | ',');
-        if is_key && (c == '"' || c.is_alphabetic() || c == '_') {
-            let quote = usize::from(c == '"');
-            keys.push((at + quote, at + quote + bare.len()));
-        }
-        match c {
-            '(' | '[' | '{' => depth += 1,
-            ')' | ']' | '}' => depth -= 1,
-            _ => {}
-        }
-        if depth == 0 {
-            break;
-        }
-        if !c.is_whitespace() && !rest.starts_with("//") && !rest.starts_with("/*") {
-            before = c;
-        }
-        at += length;
-    }
-    keys
-}
-
-/// How long the text in quotes is that another starts with, its quotes included.
-fn quoted_length(text: &str, quote: char) -> usize {
-    let mut escaped = false;
-    for (at, c) in text.char_indices().skip(1) {
-        match c {
-            _ if escaped => escaped = false,
-            '\\' => escaped = true,
-            _ if c == quote => return at + 1,
-            _ => {}
-        }
-    }
-    text.len()
 }
 
 fn diagnostic((message, help): Words, place: Place) -> Diagnostic {

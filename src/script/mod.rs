@@ -26,7 +26,7 @@
 //! | `sandbox`, `allowance` | limits |
 //! | `overlay`, `handles`, `scene_api`, `fields`, `convert` | the scene in the hands of a script, and its edits |
 //! | `context`, `time`, `parameters`, `simulation` | header, the time of a frame, `-D`, a state from step to step |
-//! | `inspect`, `errors`, `words`, `vocabulary`, `said` | what went wrong, in our words and at its place; `print` |
+//! | `inspect`, `map_keys`, `errors`, `words`, `vocabulary`, `said` | what went wrong, in our words and at its place; `print` |
 //! | the others | chapters of the API, a subject each |
 //!
 //! # What a script can say
@@ -59,6 +59,7 @@ mod inspect;
 mod instances;
 mod interpolate;
 mod interpreter;
+mod map_keys;
 mod mathematics;
 mod modules;
 mod morphing;

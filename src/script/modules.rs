@@ -31,9 +31,7 @@ impl ModuleGraph {
     fn lock(&self) -> MutexGuard<'_, Graph> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
 
-impl ModuleGraph {
     /// What a file imports at its top: the names that it gives, and the modules. Functions of a script would not see them
     /// otherwise; those of a module do.
     pub fn imported_at_the_top(&self, file: &str, ast: &AST) -> Vec<(String, Shared<Module>)> {
@@ -43,7 +41,7 @@ impl ModuleGraph {
             let Expr::StringConstant(name, _) = &import.0 else { return None };
             let known = graph.found.get(&(file.to_string(), name.to_string()))?;
             let alias = import.1.name.to_string();
-            (!alias.is_empty()).then(|| Some((alias, graph.ready.get(known)?.clone())))?
+            Some((alias, graph.ready.get(known)?.clone())).filter(|(alias, _)| !alias.is_empty())
         };
         ast.statements().iter().filter_map(module).collect()
     }

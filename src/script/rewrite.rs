@@ -112,7 +112,7 @@ fn rewrite(engine: &Engine, text: &str) -> Rewritten {
 }
 
 /// For each bracket the one that belongs to it.
-fn partners(tokens: &[PlacedToken]) -> Vec<Option<usize>> {
+pub fn partners(tokens: &[PlacedToken]) -> Vec<Option<usize>> {
     let mut partners = vec![None; tokens.len()];
     let mut open = Vec::new();
     for (i, (token, _)) in tokens.iter().enumerate() {

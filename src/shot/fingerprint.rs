@@ -2,8 +2,8 @@
 //!
 //! The scene that frames start from is hashed once. A frame then costs what its edits touch: a part of the scene is the
 //! sum of the digests of its members, each with its place in the authored order, so that a member can be taken out and
-//! put back changed. What does not show is left out: tags that no light is linked by, materials that no entity has, file names of what was read,
-//! the accelerator, threads, and every comment and space in scene and script.
+//! put back changed. What does not show is left out: tags that no light is linked by, materials that no entity has, file
+//! names of what was read, the accelerator, threads, and every comment and space in scene and script.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

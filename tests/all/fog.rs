@@ -4,13 +4,7 @@ use std::f64::consts::PI;
 
 use anim::components::{Aov, Fog, Render};
 
-use crate::tool::{Sandbox, film};
-
-fn picture(sandbox: &Sandbox, scene: &str, more: &str) -> image::Rgb32FImage {
-    sandbox.write("scene.ron", scene);
-    sandbox.anim(&format!("scene.ron -o out.png --depth 16 {more}")).ok();
-    image::load_from_memory(&sandbox.read("out.png")).unwrap().to_rgb32f()
-}
+use crate::tool::{Sandbox, film, picture};
 
 fn mean(picture: &image::Rgb32FImage, channel: usize) -> f64 {
     let sum: f64 = picture.pixels().map(|p| f64::from(p.0[channel])).sum();

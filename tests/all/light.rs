@@ -1,16 +1,6 @@
 //! Light whose truth is known: furnaces, lamps over a floor, glass, and ways of sampling that must agree.
 
-use crate::tool::Sandbox;
-
-fn picture(sandbox: &Sandbox, scene: &str, arguments: &str) -> image::Rgb32FImage {
-    sandbox.write("scene.ron", scene);
-    sandbox.anim(&format!("scene.ron -o out.png --depth 16 {arguments}")).ok();
-    image::load_from_memory(&sandbox.read("out.png")).unwrap().to_rgb32f()
-}
-
-fn mean(picture: &image::Rgb32FImage) -> f32 {
-    picture.pixels().map(|p| p.0.iter().sum::<f32>() / 3.0).sum::<f32>() / (picture.width() * picture.height()) as f32
-}
+use crate::tool::{Sandbox, mean, picture};
 
 /// A floor seen from above by a narrow camera, and what lights it.
 fn floor(render: &str, light: &str) -> String {

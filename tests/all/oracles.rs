@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde_json::Value;
 
-use crate::tool::Sandbox;
+use crate::tool::{Sandbox, picture};
 
 /// Ray counts of one still, from `--stats json`.
 fn stats(sandbox: &Sandbox, arguments: &str) -> Value {
@@ -88,12 +88,6 @@ fn the_standard_databases_have_their_published_ray_counts() {
         let spawned = count("reflection_rays") + count("refraction_rays");
         assert!((spawned - secondary).abs() <= 0.10 * secondary, "{file}: {spawned} secondary rays");
     }
-}
-
-fn picture(sandbox: &Sandbox, scene: &str, arguments: &str) -> image::Rgb32FImage {
-    sandbox.write("scene.ron", scene);
-    sandbox.anim(&format!("scene.ron -o out.png --depth 16 {arguments}")).ok();
-    image::load_from_memory(&sandbox.read("out.png")).unwrap().to_rgb32f()
 }
 
 /// A plane lit from above by Lambert's law: the brightness of every pixel has a closed form.

@@ -1,14 +1,8 @@
 //! Photon mapping: against path tracing, which knows nothing of photons, and against closed forms.
 
-use crate::tool::Sandbox;
+use crate::tool::{Sandbox, picture};
 
 type Picture = image::Rgb32FImage;
-
-fn picture(sandbox: &Sandbox, scene: &str, arguments: &str) -> Picture {
-    sandbox.write("scene.ron", scene);
-    sandbox.anim(&format!("scene.ron -o out.png --depth 16 {arguments}")).ok();
-    image::load_from_memory(&sandbox.read("out.png")).unwrap().to_rgb32f()
-}
 
 /// Means of the channels over a block of the picture's n x n.
 fn blocks(picture: &Picture, n: u32) -> Vec<[f32; 3]> {

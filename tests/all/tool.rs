@@ -110,3 +110,15 @@ fn list(root: &Path, folder: &Path, found: &mut Vec<String>) {
         }
     }
 }
+
+/// The picture of a scene as the program writes it, rendered with these arguments.
+pub fn picture(sandbox: &Sandbox, scene: &str, arguments: &str) -> image::Rgb32FImage {
+    sandbox.write("scene.ron", scene);
+    sandbox.anim(&format!("scene.ron -o out.png --depth 16 {arguments}")).ok();
+    image::load_from_memory(&sandbox.read("out.png")).unwrap().to_rgb32f()
+}
+
+/// The mean over all pixels and channels.
+pub fn mean(picture: &image::Rgb32FImage) -> f32 {
+    picture.pixels().map(|p| p.0.iter().sum::<f32>() / 3.0).sum::<f32>() / (picture.width() * picture.height()) as f32
+}

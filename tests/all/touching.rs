@@ -1,16 +1,10 @@
 //! Surfaces that touch, bodies in bodies, and what a clamp may cut: against the same scene without the difficulty.
 
-use crate::tool::Sandbox;
+use crate::tool::{self, Sandbox, mean};
 
 fn picture(scene: &str) -> image::Rgb32FImage {
     let sandbox = Sandbox::new();
-    sandbox.write("scene.ron", scene);
-    sandbox.anim("scene.ron -o out.png --depth 16").ok();
-    image::load_from_memory(&sandbox.read("out.png")).unwrap().to_rgb32f()
-}
-
-fn mean(picture: &image::Rgb32FImage) -> f32 {
-    picture.pixels().map(|p| p.0.iter().sum::<f32>() / 3.0).sum::<f32>() / (picture.width() * picture.height()) as f32
+    tool::picture(&sandbox, scene, "")
 }
 
 fn deviation(picture: &image::Rgb32FImage) -> f32 {

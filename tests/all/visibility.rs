@@ -1,16 +1,6 @@
 //! Which rays meet what, what lights light, and whose shadows they throw: held to scenes without the one or the other.
 
-use crate::tool::Sandbox;
-
-fn picture(sandbox: &Sandbox, scene: &str, more: &str) -> image::Rgb32FImage {
-    sandbox.write("scene.ron", scene);
-    sandbox.anim(&format!("scene.ron -o out.png --depth 16 {more}")).ok();
-    image::load_from_memory(&sandbox.read("out.png")).unwrap().to_rgb32f()
-}
-
-fn mean(picture: &image::Rgb32FImage) -> f32 {
-    picture.pixels().map(|p| p.0.iter().sum::<f32>() / 3.0).sum::<f32>() / (picture.width() * picture.height()) as f32
-}
+use crate::tool::{Sandbox, mean, picture};
 
 /// A floor with a mirror behind it, two balls, and lamps of every kind; `more` stands among the entities.
 fn room(integrator: &str, more: &str) -> String {

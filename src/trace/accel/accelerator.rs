@@ -77,6 +77,12 @@ impl Accelerator {
         Accelerator { structure, hidden }
     }
 
+    /// Every primitive is asked, whatever the geometry: what the others are held to.
+    #[cfg(test)]
+    pub fn brute() -> Self {
+        Accelerator { structure: Structure::Brute, hidden: HiddenPrimitives::NONE }
+    }
+
     /// What is not there for the rays that go by it.
     pub fn hidden(&self) -> &HiddenPrimitives {
         &self.hidden

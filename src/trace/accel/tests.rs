@@ -13,10 +13,6 @@ use crate::trace::primitive::{Geometry, LocalShape, Sides, SpherePrim, Tag};
 use crate::trace::simd::Width;
 use crate::trace::soa::{Hits, Ray, Rays};
 
-fn brute() -> Accelerator {
-    Accelerator::build(&Geometry::default(), Accel::Brute, 1.0)
-}
-
 /// Coordinates that often coincide: lattice points as well as arbitrary ones.
 fn coordinate() -> impl Strategy<Value = f32> {
     prop_oneof![3 => -4.0f32..4.0, 1 => (-4i32..=4).prop_map(|i| i as f32), 1 => Just(0.0)]
@@ -106,13 +102,13 @@ proptest! {
                 direction = Vec3::AXES[(from.x.abs() * 7.0) as usize % 3];
             }
             let ray = Ray { origin: from, direction, t_max: if kind == 2 { 3.0 } else { f32::INFINITY } };
-            let expected = brute().closest(&geometry, &ray, &mut TraversalScratch::default());
+            let expected = Accelerator::brute().closest(&geometry, &ray, &mut TraversalScratch::default());
             for other in &others {
                 let found = other.closest(&geometry, &ray, &mut worker);
                 prop_assert_eq!(found, expected, "{}", other.name());
                 prop_assert_eq!(other.occluded(&geometry, &ray, &mut worker), expected.is_some());
             }
-            prop_assert_eq!(brute().occluded(&geometry, &ray, &mut worker), expected.is_some());
+            prop_assert_eq!(Accelerator::brute().occluded(&geometry, &ray, &mut worker), expected.is_some());
         }
     }
 }
@@ -161,7 +157,7 @@ proptest! {
         }).collect();
         let mut worker = TraversalScratch::default();
         let expected: Vec<_> =
-            rays.iter().map(|ray| brute().closest(&geometry, ray, &mut worker)).collect();
+            rays.iter().map(|ray| Accelerator::brute().closest(&geometry, ray, &mut worker)).collect();
         let many = Rays::from_iter(rays);
         for accelerator in Width::all().into_iter().flat_map(|w| all(&geometry, w, density)) {
             let mut found = Hits::default();
@@ -202,7 +198,7 @@ proptest! {
         }).collect();
         let mut worker = TraversalScratch::default();
         let expected: Vec<_> =
-            rays.iter().map(|ray| brute().closest(&geometry, ray, &mut worker)).collect();
+            rays.iter().map(|ray| Accelerator::brute().closest(&geometry, ray, &mut worker)).collect();
         let many = Rays::from_iter(rays);
         for accelerator in Width::all().into_iter().flat_map(|w| all(&geometry, w, 2.0)) {
             let mut found = Hits::default();
@@ -242,7 +238,7 @@ proptest! {
             let mut worker = TraversalScratch::default();
             for (from, to) in &rays {
                 let ray = Ray::new(*from, (*to - *from).normalize_or(Vec3::X));
-                let expected = brute().closest(&geometry, &ray, &mut worker);
+                let expected = Accelerator::brute().closest(&geometry, &ray, &mut worker);
                 prop_assert_eq!(tree.closest(&geometry, &ray, &mut worker), expected);
                 prop_assert_eq!(tree.occluded(&geometry, &ray, &mut worker), expected.is_some());
             }

@@ -3,8 +3,8 @@
 //! Light that a ray meets by itself and light that was sampled are one and the same; each is weighed by how well its
 //! way of sampling finds it (multiple importance sampling, Veach 1997). Surfaces that single rays alone find (mirrors,
 //! polished glass) leave lights to the rays. Paths end by chance where little is left of their light, which keeps the
-//! mean (Russian roulette: `wavefront::path_shading::scatter`), and at `max_depth` rays, the camera's being the first; the last surface samples lights with
-//! its full weight, since no ray follows that could meet it.
+//! mean (Russian roulette: `wavefront::path_shading::scatter`), and at `max_depth` rays, the camera's being the first; the
+//! last surface samples lights with its full weight, since no ray follows that could meet it.
 
 use glam::Vec3;
 

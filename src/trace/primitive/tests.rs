@@ -17,10 +17,6 @@ fn random_vectors(seed: u64) -> impl FnMut() -> Vec3 {
     }
 }
 
-fn brute() -> Accelerator {
-    Accelerator::build(&Geometry::default(), Accel::Brute, 1.0)
-}
-
 /// One convex solid of each kind, of size `scale` around `center`.
 fn solids(scale: f32, center: Vec3) -> Vec<Geometry> {
     let tag = Tag::default();
@@ -56,7 +52,7 @@ fn rays_that_leave_a_solid_neither_meet_it_again_nor_slip_through() {
                 let origin = center + next() * (6.0 * scale);
                 let target = center + next() * (0.7 * scale);
                 let ray = Ray::new(origin, (target - origin).normalize_or(Vec3::X));
-                let Some(hit) = brute().closest(geometry, &ray, &mut scratch) else { continue };
+                let Some(hit) = Accelerator::brute().closest(geometry, &ray, &mut scratch) else { continue };
                 let surface = geometry.surface_point(&ray, &hit);
                 if ray.direction.dot(surface.geometric_normal) >= 0.0 {
                     // The origin was inside.
@@ -69,7 +65,7 @@ fn rays_that_leave_a_solid_neither_meet_it_again_nor_slip_through() {
                     continue;
                 }
                 let leaving = Ray::new(surface.offset_origin(direction), direction);
-                let again = brute().closest(geometry, &leaving, &mut scratch);
+                let again = Accelerator::brute().closest(geometry, &leaving, &mut scratch);
                 if steep > 0.0 {
                     assert!(again.is_none(), "acne: kind {kind} scale {scale} at {offset}: {surface:?} {again:?}");
                 } else {
@@ -101,12 +97,12 @@ fn rays_that_leave_a_large_floor_do_not_meet_it_again() {
             let eye = turn * (Vec3::new(0.2, 0.3, 0.1) * scale);
             let aim = next();
             let ray = Ray::new(eye, (corner(0.99 * aim.x, 0.99 * aim.z) - eye).normalize());
-            let hit = brute().closest(&geometry, &ray, &mut scratch).unwrap();
+            let hit = Accelerator::brute().closest(&geometry, &ray, &mut scratch).unwrap();
             let surface = geometry.surface_point(&ray, &hit);
             let low = next() * Vec3::new(1.0, 0.3, 1.0);
             let direction = (turn * low.with_y(low.y.abs() + 0.02)).normalize();
             let leaving = Ray::new(surface.offset_origin(direction), direction);
-            let again = brute().closest(&geometry, &leaving, &mut scratch);
+            let again = Accelerator::brute().closest(&geometry, &leaving, &mut scratch);
             assert!(again.is_none(), "tilt {tilt} scale {scale}: {surface:?} {direction} {again:?}");
         }
     }
@@ -122,7 +118,9 @@ fn the_error_bound_holds() {
     for _ in 0..2_000 {
         let origin = center + next() * 20.0;
         let ray = Ray::new(origin, (center + next() * 0.3 - origin).normalize());
-        let Some(hit) = brute().closest(&geometry, &ray, &mut TraversalScratch::default()) else { continue };
+        let Some(hit) = Accelerator::brute().closest(&geometry, &ray, &mut TraversalScratch::default()) else {
+            continue;
+        };
         let surface = geometry.surface_point(&ray, &hit);
         let off = surface.point.as_dvec3() - center.as_dvec3();
         let exact = center.as_dvec3() + off.normalize() * f64::from(0.7f32);
@@ -151,7 +149,8 @@ fn one_sided_surfaces_show_one_side() {
         let mut geometry = Geometry::default();
         geometry.push_sphere(Tag { sides, ..Tag::default() }, Vec3::ZERO, 1.0);
         geometry.finish();
-        let t = |ray: Ray| brute().closest(&geometry, &ray, &mut TraversalScratch::default()).map(|hit| hit.t);
+        let t =
+            |ray: Ray| Accelerator::brute().closest(&geometry, &ray, &mut TraversalScratch::default()).map(|hit| hit.t);
         assert_eq!(t(Ray::new(Vec3::Z * 5.0, Vec3::NEG_Z)), from_outside);
         assert_eq!(t(Ray::new(Vec3::ZERO, Vec3::NEG_Z)).is_some(), sides != Sides::Front);
     }

@@ -1,7 +1,7 @@
 //! Shadow catchers: surfaces of which the camera sees no more than the shadows on them.
 //!
-//! Light that arrives at a catcher is followed in two scenes: as they stand, and without the objects, so that catchers,
-//! what emits light and the surroundings are left. How much less there is in the first of what there is in the second is
+//! Light that arrives at a catcher is followed in two scenes: the one that there is, and the one without objects, where
+//! catchers, what emits light and the surroundings are left. How much less there is in the first of what there is in the second is
 //! shadow. The film takes the ratio of the sums over a pixel, not of samples.
 //!
 //! Both scenes are traced by the same rays and the same random numbers: a path from a catcher is one until it meets an
