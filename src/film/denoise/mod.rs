@@ -5,7 +5,8 @@
 //! Bitterli et al., EGSR 2016). Each half is filtered by weights that follow from the other, so that weights know nothing
 //! of the noise that they are applied to. Neighbours count less, the more normal, albedo and distance differ: those of
 //! what mirrors and clear glass show, not of the mirror. Where these are themselves noisy, as in lens blur, they fade.
-//! Colour is divided by the albedo of the first hit before and multiplied after, half by half.
+//! Colour is divided by the albedo of the first hit before and multiplied after, half by half; where that is noisy, it is
+//! filtered first ([`albedo`]).
 //!
 //! In the end each pixel takes the level whose error is least by the halves' own account ([`select`]), the unfiltered
 //! picture among them: what needs no filter keeps its every pixel. With fewer than [`FEWEST_TO_CHOOSE`] samples that
@@ -15,6 +16,7 @@
 //!
 //! | file | |
 //! |---|---|
+//! | `albedo` | what colour is divided by, without its own noise |
 //! | `halves` | what the film gathers: samples in two halves, with what they show |
 //! | `plane` | planes of numbers with a margin, and blurs |
 //! | `pass` | a pass of non-local means, row by row on all threads |
@@ -23,6 +25,7 @@
 //! Every pixel of a pass is a function of the pass before, so that rows may be filtered on any thread. The result
 //! depends on the film alone.
 
+mod albedo;
 mod halves;
 mod pass;
 mod plane;
@@ -30,6 +33,7 @@ mod select;
 
 use glam::Vec3;
 
+use albedo::{AlbedoPlanes, steady_albedo};
 #[cfg(test)]
 pub use halves::HalfPixel;
 pub use halves::{DenoisePixel, DenoiseSum, SeenFeature};
@@ -48,8 +52,6 @@ const PASSES: [PassShape; 3] = [
 ];
 /// Samples of a pixel from which on a level is chosen.
 const FEWEST_TO_CHOOSE: f32 = 8.0;
-/// Least albedo that colour is divided by.
-const MIN_ALBEDO: f32 = 0.02;
 /// Share of light by which pixels may differ though they have no noise: it does not show.
 const UNSEEN: f32 = 1e-3;
 /// Largest light and variance: what is computed with them stays inside `f32`.
@@ -57,10 +59,10 @@ const MOST_LIGHT: f32 = 1e9;
 /// Variance after a pass, as a share of that before the first, at the least.
 const LEFT_VARIANCE: f32 = 0.01;
 
-/// How far in pixels a change of one pixel can reach, at most: 11 by the variance that weights go by, 4, 7 and 9 by taps
-/// and patches of the passes, 3 after each but the last by the variance that it leaves, 8 and 6 by the choice. Parts of a
-/// frame are filtered with so many pixels around them.
-pub const DENOISE_REACH: u32 = 11 + 4 + 3 + 7 + 3 + 9 + 8 + 6;
+/// How far in pixels a change of one pixel can reach, at most: 6 by the albedo's variance, taps and patches, 11 by the
+/// variance that weights go by, 4, 7 and 9 by taps and patches of the passes, 3 after each but the last by the variance
+/// that it leaves, 8 and 6 by the choice. Parts of a frame are filtered with so many pixels around them.
+pub const DENOISE_REACH: u32 = 6 + 11 + 4 + 3 + 7 + 3 + 9 + 8 + 6;
 
 /// Denoises a film that has its samples in two halves, and shadows that catchers have; others stay as they are.
 pub fn denoise(film: &mut Film) {
@@ -92,8 +94,8 @@ fn of_shadow(pixel: &DenoisePixel, shadow: &CaughtShadow) -> DenoisePixel {
 
 /// Colours without noise.
 fn filtered(pixels: &[DenoisePixel], size: [usize; 2]) -> Vec<[f32; 3]> {
-    let albedo = albedo_planes(pixels, size);
     let features = feature_planes(pixels, size);
+    let albedo = steady_albedo(pixels, &features, size);
     let raw = light_planes(pixels, &albedo, size);
     let believed = variance_plane(pixels, &raw, &albedo, size);
     let variances = [0, 1].map(|half| in_light(&believed, &albedo[half]));
@@ -129,15 +131,8 @@ fn filtered(pixels: &[DenoisePixel], size: [usize; 2]) -> Vec<[f32; 3]> {
     (0..pixels.len()).map(color).collect()
 }
 
-/// Albedo of the first hit, half by half.
-fn albedo_planes(pixels: &[DenoisePixel], size: [usize; 2]) -> [[PaddedPlane; 3]; 2] {
-    [0, 1].map(|half: usize| {
-        [0, 1, 2].map(|k: usize| PaddedPlane::from_fn(size, |i| pixels[i].halves[half].albedo[k].max(MIN_ALBEDO)))
-    })
-}
-
 /// Colour over albedo.
-fn light_planes(pixels: &[DenoisePixel], albedo: &[[PaddedPlane; 3]; 2], size: [usize; 2]) -> [[PaddedPlane; 3]; 2] {
+fn light_planes(pixels: &[DenoisePixel], albedo: &AlbedoPlanes, size: [usize; 2]) -> [[PaddedPlane; 3]; 2] {
     [0, 1].map(|half: usize| {
         [0, 1, 2].map(|k: usize| {
             PaddedPlane::from_fn(size, |i| (pixels[i].halves[half].color[k] / albedo[half][k].at(i)).min(MOST_LIGHT))
@@ -154,7 +149,7 @@ fn modulated(light: &[PaddedPlane; 3], albedo: &[PaddedPlane; 3]) -> [PaddedPlan
 fn variance_plane(
     pixels: &[DenoisePixel],
     raw: &[[PaddedPlane; 3]; 2],
-    albedo: &[[PaddedPlane; 3]; 2],
+    albedo: &AlbedoPlanes,
     size: [usize; 2],
 ) -> PaddedPlane {
     let most = MOST_LIGHT * MOST_LIGHT;
@@ -234,14 +229,14 @@ fn feature_planes(pixels: &[DenoisePixel], size: [usize; 2]) -> FeaturePlanes {
     let group = |of: &(dyn Fn(usize, usize) -> Vec3 + Sync)| {
         let mean = [0, 1, 2].map(|k: usize| PaddedPlane::from_fn(size, |i| 0.5 * (of(i, 0)[k] + of(i, 1)[k])));
         let variance = PaddedPlane::from_fn(size, |i| 0.25 * (of(i, 0) - of(i, 1)).length_squared());
-        (mean, variance.blurred(&box_weights(3)))
+        (mean, doubted(&variance))
     };
     let (normal, normal_variance) = group(&|i, half| pixels[i].halves[half].seen.normal);
     let (albedo, albedo_variance) = group(&|i, half| pixels[i].halves[half].seen.albedo);
     let of = |i: usize, half: usize| pixels[i].halves[half].disparity;
     let disparity = PaddedPlane::from_fn(size, |i| 0.5 * (of(i, 0) + of(i, 1)));
     let variance = PaddedPlane::from_fn(size, |i| 0.25 * (of(i, 0) - of(i, 1)) * (of(i, 0) - of(i, 1)));
-    let variance = variance.blurred(&box_weights(3));
+    let variance = doubted(&variance);
     let disparity_slack = PaddedPlane::from_fn(size, |i| {
         let tolerated = DISPARITY * disparity.at(i);
         tolerated * tolerated + variance.at(i)
@@ -258,6 +253,15 @@ fn feature_planes(pixels: &[DenoisePixel], size: [usize; 2]) -> FeaturePlanes {
     FeaturePlanes { normal, normal_variance, albedo, albedo_variance, disparity, disparity_slack, disparity_slope }
 }
 
+/// Variance of a feature from that of single pixels. The difference of two halves is a poor witness, as often too small
+/// as too big, and a pixel that trusts its feature by mistake keeps its noise to itself: so more is taken.
+fn doubted(variance: &PaddedPlane) -> PaddedPlane {
+    let smooth = variance.blurred(&box_weights(3));
+    PaddedPlane::from_fn(variance.size(), |i| DOUBT * smooth.at(i))
+}
+
+/// How much more noise of features is expected than is seen of it.
+const DOUBT: f32 = 2.0;
 /// Share of the distance that pixels of one surface may differ by beyond its slope.
 const DISPARITY: f32 = 0.01;
 

@@ -66,6 +66,33 @@ fn what_is_without_noise_stays_beside_what_is_noisy() {
 }
 
 #[test]
+fn an_edge_out_of_focus_is_a_smooth_ramp() {
+    // A dark thing before a bright one in even light: samples meet either, by a share that rises from left to right.
+    let (width, height, samples) = (64, 48, 9);
+    let share = |x: usize| ((x as f32 - 16.0) / 32.0).clamp(0.0, 1.0);
+    let truth = move |x: usize, _: usize| (0.05 + 0.6 * share(x), 1.0, true);
+    let mut film = Film::new(width, height);
+    for i in 0..(width * height) as usize {
+        let mut sum = DenoiseSum::default();
+        for sample in 0..samples {
+            let is_bright = unit_f32(combine(combine(7, i as u64), sample)) < share(i % width as usize);
+            let albedo = Vec3::splat(if is_bright { 0.65 } else { 0.05 });
+            let seen = SeenFeature { albedo, normal: Vec3::Z };
+            sum.add(sample % 2 == 1, albedo, 1.0, Some((albedo, if is_bright { 9.0 } else { 3.0 })), &seen);
+        }
+        let pixel = sum.resolve().unwrap();
+        film.pixels[i] = (0.5 * (pixel.halves[0].color + pixel.halves[1].color)).to_array();
+        film.layers.halves.push(pixel);
+    }
+    let total = |film: &Film| film.pixels.iter().map(|p| p[0]).sum::<f32>();
+    let (before, light) = (error(&film, &truth, 20..44), total(&film));
+    denoise(&mut film);
+    let after = error(&film, &truth, 20..44);
+    assert!(after < 0.4 * before, "{before} {after}");
+    assert!((total(&film) / light - 1.0).abs() < 0.004, "{} {light}", total(&film));
+}
+
+#[test]
 fn fireflies_do_not_poison_their_neighbours_nor_lose_their_light() {
     let truth = |_: usize, _: usize| (1.0, 0.5, true);
     let mut film = film(64, 64, 16, &truth);
