@@ -197,6 +197,7 @@ impl Contacts {
                     }
                     if self.faces.len() > self.most_faces {
                         self.faces.truncate(before);
+                        self.is_cut = true;
                         zone = Zone::Nowhere;
                         break 'mesh;
                     }
