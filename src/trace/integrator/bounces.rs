@@ -14,9 +14,10 @@ use crate::trace::sampler::{RayNode, SampleSet, Sampler, power_heuristic};
 use crate::trace::simd::LANES;
 use crate::trace::soa::Hit;
 use crate::trace::wavefront::{
-    BlinnPhongKernel, ClassifyKernel, Crossing, EmissionFilter, LambertKernel, PathState, RenderContext, ShadingInput,
-    ShadowRayQueue, SurfaceInteraction, WavefrontBuffers, Worker, accumulator_slot, first_hit_feature, is_blinn_phong,
-    pass_surfaces, scattered_albedo, slot_sample, split_at_catchers, trace_shadow_rays,
+    BlinnPhongKernel, ClassifyKernel, Crossing, EmissionFilter, LambertKernel, PathState, PolishedKernel,
+    RenderContext, ShadingInput, ShadowRayQueue, SurfaceInteraction, WavefrontBuffers, Worker, accumulator_slot,
+    first_hit_feature, is_blinn_phong, pass_surfaces, scattered_albedo, slot_sample, split_at_catchers,
+    trace_shadow_rays,
 };
 
 /// Bins of shadow rays for lights that are chosen among: those to one light run alike.
@@ -91,10 +92,11 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
     let WavefrontBuffers { wave, hits, special, crossed, .. } = &mut *buffers;
     let lamps = path && context.lights.met(depth == 1).next().is_some();
     context.lanes.run(ClassifyKernel { context, wave, hits, lamps, camera: depth == 1, special, crossed });
-    let mut places = std::mem::take(&mut buffers.places);
+    let (mut places, mut polished) = (std::mem::take(&mut buffers.places), std::mem::take(&mut buffers.polished));
     places.clear();
+    polished.clear();
     // Neighbours are mostly on one primitive, or at least of one material.
-    let (mut primitive, mut tag, mut usual) = (u32::MAX, Tag::default(), false);
+    let (mut primitive, mut tag, mut shading) = (u32::MAX, Tag::default(), Shading::Alone);
     let mut known = u32::MAX;
     for i in 0..buffers.wave.rays().len() {
         let is = |flags: &[u8]| flags[i / LANES] >> (i % LANES) & 1 == 1;
@@ -118,26 +120,56 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
             if tag.material != known {
                 known = tag.material;
                 let material = &context.materials[known as usize];
-                usual = side_by_side && if path { material.is_lambertian() } else { is_blinn_phong(context, material) };
+                shading = if side_by_side { Shading::of(context, material) } else { Shading::Alone };
             }
         }
         // What is seen in mirrors and through glass is noted too.
         let noted = context.settings.features && buffers.wave.states().get(i).scatterings == 0.0;
-        if usual && !noted && !context.textures.is_textured(tag.entity) {
-            places.push([i as u32, tag.material]);
-        } else {
-            shade_alone(estimator, samples, (i, false), buffers, depth, &mut worker.traversal);
+        let alone = noted || context.textures.is_textured(tag.entity);
+        match shading {
+            Shading::Usual if !alone => places.push([i as u32, tag.material]),
+            Shading::Polished if !alone => polished.push([i as u32, tag.material]),
+            Shading::Usual | Shading::Polished | Shading::Alone => {
+                shade_alone(estimator, samples, (i, false), buffers, depth, &mut worker.traversal);
+            }
         }
     }
     let WavefrontBuffers { wave, next, hits, shadows, .. } = &mut *buffers;
     let counters = &mut worker.traversal.counters;
     let met = ShadingInput { context, wave, hits, places: &places, samples };
+    let last = depth == context.settings.max_depth;
     if path {
         context.lanes.run(LambertKernel { met, depth, shadows, next, counters });
+        if !last && !polished.is_empty() {
+            let met = ShadingInput { places: &polished, ..met };
+            context.lanes.run(PolishedKernel { met, depth, next, counters });
+        }
     } else {
-        context.lanes.run(BlinnPhongKernel { met, last: depth == context.settings.max_depth, shadows, next, counters });
+        context.lanes.run(BlinnPhongKernel { met, last, shadows, next, counters });
     }
-    buffers.places = places;
+    (buffers.places, buffers.polished) = (places, polished);
+}
+
+/// How surfaces of a material are shaded.
+#[derive(Clone, Copy)]
+enum Shading {
+    /// Side by side: those of Lambert's law on paths, those of Blinn-Phong's elsewhere.
+    Usual,
+    /// Side by side, on paths: mirrors and clear glass.
+    Polished,
+    /// One by one.
+    Alone,
+}
+
+impl Shading {
+    fn of(context: RenderContext, material: &ShadingParams) -> Shading {
+        let path = context.settings.follows_paths();
+        match if path { material.is_lambertian() } else { is_blinn_phong(context, material) } {
+            true => Shading::Usual,
+            false if path && material.is_polished() => Shading::Polished,
+            false => Shading::Alone,
+        }
+    }
 }
 
 /// What becomes of a ray.
@@ -166,8 +198,10 @@ fn arrive(
         path::cross_lamps(context, &ray, met, &state, depth == 1, &mut buffers.colors);
     }
     if let Some(medium) = state.medium.material(context.materials) {
-        state.throughput *= context.materials[medium as usize].transmittance(met);
-        buffers.wave.set_state(i, &state);
+        if context.materials[medium as usize].absorbs() {
+            state.throughput *= context.materials[medium as usize].transmittance(met);
+            buffers.wave.set_state(i, &state);
+        }
     } else if let Some(way) = context.fog.and_then(|fog| FogWay::new(fog, &ray, met)) {
         if hit.is_none() && state.node == RayNode::CAMERA && context.settings.transparent {
             buffers.veils[slot_sample(state.sample) as usize] = 1.0 - way.transmittance();

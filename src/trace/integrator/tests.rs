@@ -41,6 +41,7 @@ fn shares_are_a_fair_partition_of_the_samples() {
 /// Something of every kind under lamps of every kind.
 fn scene() -> (Geometry, Vec<ShadingParams>, Vec<Lamp>) {
     let diffuse = Material { color: DVec3::new(0.8, 0.4, 0.2), ..Material::default() };
+    let bare = Material { diffuse: 0.0, specular: 0.0, ..diffuse.clone() };
     let materials = [
         diffuse.clone(),
         Material { specular: 0.5, reflection: Some(0.0), ..diffuse.clone() },
@@ -51,12 +52,29 @@ fn scene() -> (Geometry, Vec<ShadingParams>, Vec<Lamp>) {
         Material { model: Model::Principled, metallic: 0.5, roughness: 0.4, ..diffuse.clone() },
         Material { model: Model::Principled, transmission: 0.7, roughness: 0.2, ..diffuse.clone() },
         Material { opacity: 0.4, ..diffuse },
+        Material { reflection: Some(0.8), specular_color: DVec3::new(1.0, 0.9, 0.5), ..bare.clone() },
+        Material { transmission: 0.9, ior: Some(1.5), ..bare.clone() },
+        Material { model: Model::Dielectric, ior: Some(1.5), absorption: DVec3::new(0.1, 0.5, 0.9), ..bare.clone() },
+        Material { model: Model::Conductor, roughness: 0.0, ..bare.clone() },
+        Material {
+            model: Model::Conductor,
+            roughness: 0.0,
+            eta: Some(DVec3::new(0.2, 0.4, 1.4)),
+            k: Some(DVec3::new(3.9, 2.4, 1.6)),
+            ..bare.clone()
+        },
+        Material { model: Model::Dielectric, ior: Some(1.33), ..bare },
     ];
     let tag = |material: u32| Tag { entity: material, material, sides: Sides::Both, closed: true };
     let mut geometry = Geometry::default();
     for i in 0..9u32 {
         geometry.push_sphere(tag(i), Vec3::new(i as f32 * 0.7 - 1.8, 0.3, (i % 3) as f32 * 0.5), 0.33);
     }
+    for i in 9..14u32 {
+        geometry.push_sphere(tag(i), Vec3::new((i - 9) as f32 * 0.7 - 1.4, 1.1, 0.4), 0.33);
+    }
+    // A drop in the marble.
+    geometry.push_sphere(tag(14), Vec3::new(0.05, 1.05, 0.5), 0.15);
     let corners = [Vec3::new(-2.0, 0.0, -1.5), Vec3::new(2.0, 0.0, -1.5), Vec3::new(0.0, 2.0, -1.7)];
     geometry.push_triangle(tag(3), corners, Some([Vec3::Z, Vec3::new(0.3, 0.0, 1.0), Vec3::new(-0.2, 0.1, 1.0)]));
     geometry.push_box(tag(0), Vec3::new(1.0, 0.0, 0.8), Vec3::new(1.4, 0.5, 1.2));
@@ -122,6 +140,7 @@ fn picture(render: &Render, lanes: Width, features: bool) -> (Vec<[f32; 3]>, Cou
         settings: &settings,
         holes: any_has_holes(&materials),
         glass: materials.iter().any(|material| material.is_clear()),
+        absorbs: materials.iter().any(|material| material.absorbs()),
         catchers: materials.iter().any(|material| material.shadow_catcher),
         lanes,
         filter: &FilterTable::new(Filter::Tent, 2.0),
@@ -148,7 +167,10 @@ fn side_by_side_is_as_one_by_one() {
         let render = settings(Integrator::Path, samples, Shadows::Auto);
         let (together, counted) = picture(&render, Width::detect(), false);
         let (alone, as_well) = picture(&render, Width::detect(), true);
-        assert_eq!(counted.shadow_rays, as_well.shadow_rays, "{samples}");
+        for rays in [|c: &Counters| c.shadow_rays, |c: &Counters| c.reflection_rays, |c: &Counters| c.refraction_rays] {
+            assert_eq!(rays(&counted), rays(&as_well), "{samples}");
+        }
+        assert!(counted.refraction_rays > 0 && counted.reflection_rays > 0);
         assert_eq!(together, alone, "{samples}");
     }
     for shadows in [Shadows::Fixed, Shadows::Random, Shadows::Jittered, Shadows::Hard] {

@@ -37,6 +37,8 @@ pub struct ShadingBatch<'a, L: Wide> {
     pub states: PathStateLanes<L>,
     /// Of the rays.
     pub direction: V3<L>,
+    /// Whether the rays come from the outside.
+    pub front: L::Mask,
     /// Facing the rays.
     pub points: SurfacePointLanes<L>,
     /// The normal that light is counted about on paths.
@@ -82,12 +84,15 @@ impl<'a> ShadingInput<'a> {
             *sample = slot_sample(*sample);
         }
         let direction = ray.direction;
-        let points = context.geometry.surface_points(&ray, &hits).facing(direction);
+        let points = context.geometry.surface_points(&ray, &hits);
+        let front = direction.dot(points.geometric_normal).lt(L::splat(0.0));
+        let points = points.facing(direction);
         states.cone.width = states.cone.width + states.cone.spread * hits.t;
         let trusted = points.shading_normal.dot(direction).lt(L::splat(-LEAST_FACING));
         ShadingBatch {
             input: *self,
             direction,
+            front,
             normal: V3::select(trusted, points.shading_normal, points.geometric_normal),
             points,
             materials,

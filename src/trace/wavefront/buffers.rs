@@ -40,6 +40,8 @@ pub struct WavefrontBuffers {
     pub shadows: Vec<ShadowRayQueue>,
     /// Hits that are shaded side by side.
     pub places: Vec<ShadingEntry>,
+    /// Those of polished surfaces, on paths.
+    pub polished: Vec<ShadingEntry>,
     /// Colour of each sample, light group by light group or row by row: see [`super::accumulator_slot`].
     pub colors: Vec<Vec3>,
     /// Numbers of the samples, see `SampleSet`.

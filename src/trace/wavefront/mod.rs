@@ -12,7 +12,7 @@
 //! | `interaction`, `batch` | hits to be shaded: one, and eight side by side |
 //! | `shaded_hits` | [`ShadedHits`]: what shading asks of either, so that it is written once |
 //! | `path_shading`, `lamp_shading` | that shading: of paths, and of Whitted and distribution pictures |
-//! | `lambert`, `blinn_phong` | the surfaces that are shaded eight at a time |
+//! | `lambert`, `polished`, `blinn_phong` | the surfaces that are shaded eight at a time |
 //! | `slots` | where the light of samples is added up |
 //! | `shadow_ray_queue`, `shadow_rays` | shadow rays, and what gets through |
 //! | `holes` | surfaces that are not there everywhere, and the rays that go on behind them |
@@ -34,6 +34,7 @@ mod lamp_shading;
 mod medium_stack;
 mod path_shading;
 mod path_state;
+mod polished;
 mod ray_queue;
 mod shaded_hits;
 mod shadow_ray_queue;
@@ -56,6 +57,7 @@ pub use lamp_shading::{BlinnPhongShading, LampShading, mirror_directions, push_m
 pub use medium_stack::{Crossing, MediumStack};
 pub use path_shading::{BsdfLanes, DirectionSample, MIN_ROULETTE_DEPTH, SpawnedRays, sample_direct, scatter};
 pub use path_state::{EmissionFilter, EmissionScope, PathState};
+pub use polished::PolishedKernel;
 pub use ray_queue::RayQueue;
 pub use shaded_hits::ShadedHits;
 pub use shadow_ray_queue::ShadowRayQueue;
