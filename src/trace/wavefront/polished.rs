@@ -3,15 +3,15 @@
 use glam::Vec3;
 
 use super::batch::{ShadingBatch, ShadingEntry, ShadingInput};
-use super::medium_stack::{Crossing, MediumStack};
+use super::bodies::BodyLanes;
 use super::path_shading::{BsdfLanes, DirectionSample, scatter};
 use super::ray_queue::RayQueue;
 use crate::components::{Fresnel, Model};
 use crate::trace::counters::Counters;
 use crate::trace::material::bsdf::polished_metal;
 use crate::trace::material::{TransportMode, behind_lanes, fresnel_lanes, scale};
-use crate::trace::sampler::{Domain, tangents};
-use crate::trace::simd::{Kernel, LANES, Lanes, V3, Wide, lanes_from_bits, set_lane};
+use crate::trace::sampler::Domain;
+use crate::trace::simd::{Kernel, LANES, Lanes, V3, Wide, set_lane};
 
 /// The polished surfaces that a wave met; light that is asked for finds none of them.
 pub struct PolishedKernel<'a> {
@@ -33,8 +33,9 @@ impl Kernel for PolishedKernel<'_> {
         let PolishedKernel { met, depth, next, counters } = self;
         for places in met.places.chunks(LANES) {
             let mut hits = met.group::<L>(places);
-            let surfaces = Surfaces::new(&met, places, &mut hits);
-            let bsdf = Polished::new(&hits, surfaces, met.context.settings.fresnel);
+            let bodies = BodyLanes::new(&met, places, &mut hits);
+            let surfaces = Surfaces::new(&met, places, L::bits(hits.front), &bodies.ior);
+            let bsdf = Polished::new(&hits, bodies, surfaces, met.context.settings.fresnel);
             if let Some(rays) = scatter(met.context, &hits, &bsdf, depth) {
                 let transmitted = L::bits(rays.sample.transmitted) & rays.spawned.going;
                 counters.refraction_rays += u64::from(transmitted.count_ones());
@@ -51,63 +52,42 @@ struct Surfaces {
     /// Lanes of each model; all others are of Blinn-Phong's.
     dielectrics: u32,
     conductors: u32,
-    /// Index of the body against what is around it, and index ahead over index behind.
-    ior: [f32; LANES],
+    /// Index ahead over index behind.
     eta: [f32; LANES],
     /// Factor of what goes through.
     scale: [f32; LANES],
     reflection: [f32; LANES],
-    transmission: [f32; LANES],
     mirror_color: [[f32; LANES]; 3],
-    /// Bodies that the rays are in which go through, in halves.
-    behind: [[u32; LANES]; 2],
 }
 
 impl Surfaces {
-    /// Takes the rays into the bodies that they turn out to have come through.
-    #[inline(always)]
-    fn new<L: Wide>(met: &ShadingInput, places: &[ShadingEntry], hits: &mut ShadingBatch<L>) -> Surfaces {
-        let mut surfaces = Surfaces::default();
-        let (front, mut before) = (L::bits(hits.front), [[0; LANES]; 2]);
-        surfaces.fill(met, places, front, &mut before);
-        hits.states.medium = [lanes_from_bits(&before[0]), lanes_from_bits(&before[1])];
-        surfaces
-    }
-
-    /// No part of the kernel: what is asked of each material differs.
     #[inline(never)]
-    fn fill(&mut self, met: &ShadingInput, places: &[ShadingEntry], fronts: u32, before: &mut [[u32; LANES]; 2]) {
-        let materials = met.context.materials;
-        for i in 0..LANES {
-            let [ray, material] = places[i.min(places.len() - 1)];
-            let (m, front) = (&materials[material as usize], fronts >> i & 1 == 1);
-            let medium = MediumStack::of_halves(met.wave.states().medium::<f32>(ray as usize));
-            let tag = met.context.geometry.tag(met.hits.primitive(ray as usize));
-            let crossing = Crossing::new(materials, medium, tag, front);
+    fn new(met: &ShadingInput, places: &[ShadingEntry], fronts: u32, ior: &[f32; LANES]) -> Surfaces {
+        let mut surfaces = Surfaces::default();
+        for (i, [_, material]) in places.iter().enumerate() {
+            let (m, front) = (&met.context.materials[*material as usize], fronts >> i & 1 == 1);
             match m.model {
-                Model::Dielectric => self.dielectrics |= 1 << i,
-                Model::Conductor => self.conductors |= 1 << i,
+                Model::Dielectric => surfaces.dielectrics |= 1 << i,
+                Model::Conductor => surfaces.conductors |= 1 << i,
                 Model::BlinnPhong | Model::Lambert | Model::Plastic | Model::Principled | Model::Unlit => {}
             }
-            self.ior[i] = crossing.ior;
-            self.eta[i] = match m.transmission > 0.0 {
-                true if front => crossing.ior,
-                true => 1.0 / crossing.ior,
+            surfaces.eta[i] = match m.transmission > 0.0 {
+                true if front => ior[i],
+                true => 1.0 / ior[i],
                 false => 1.0,
             };
-            self.scale[i] = scale(self.eta[i], TransportMode::Radiance);
-            (self.reflection[i], self.transmission[i]) = (m.reflection, m.transmission);
-            set_lane(&mut self.mirror_color, i, m.mirror_color);
-            for (halves, stack) in [(&mut *before, crossing.before), (&mut self.behind, crossing.behind)] {
-                [halves[0][i], halves[1][i]] = stack.words();
-            }
+            surfaces.scale[i] = scale(surfaces.eta[i], TransportMode::Radiance);
+            surfaces.reflection[i] = m.reflection;
+            set_lane(&mut surfaces.mirror_color, i, m.mirror_color);
         }
+        surfaces
     }
 }
 
 /// The two ways on from eight hits.
 struct Polished<'a, L: Wide> {
     hits: &'a ShadingBatch<'a, L>,
+    bodies: BodyLanes,
     surfaces: Surfaces,
     fresnel: Fresnel,
     axes: [V3<L>; 3],
@@ -124,19 +104,17 @@ struct Choice<L: Lanes> {
 
 impl<'a, L: Wide> Polished<'a, L> {
     #[inline(always)]
-    fn new(hits: &'a ShadingBatch<'a, L>, surfaces: Surfaces, fresnel: Fresnel) -> Self {
-        let (back, normal) = (-hits.direction, hits.normal);
-        let [x, y] = tangents(normal);
-        let wo = V3 { x: back.dot(x), y: back.dot(y), z: back.dot(normal).max(L::splat(1e-7)) };
-        Polished { hits, surfaces, fresnel, axes: [x, y, normal], wo }
+    fn new(hits: &'a ShadingBatch<'a, L>, bodies: BodyLanes, surfaces: Surfaces, fresnel: Fresnel) -> Self {
+        let (axes, wo) = hits.axes();
+        Polished { hits, bodies, surfaces, fresnel, axes, wo }
     }
 
     /// As the polished `BlinnPhong` samples; `passes` where light is not wholly reflected.
     #[inline(always)]
     fn blinn_phong(&self, lobe: L, passes: L::Mask) -> Choice<L> {
         let (zero, one) = (L::splat(0.0), L::splat(1.0));
-        let Surfaces { eta, scale, reflection, transmission, mirror_color, .. } = &self.surfaces;
-        let (reflection, transmission) = (L::load(reflection), L::load(transmission));
+        let Surfaces { eta, scale, reflection, mirror_color, .. } = &self.surfaces;
+        let (reflection, transmission) = (L::load(reflection), L::load(&self.bodies.transmission));
         let (whole, share, rest) = match self.fresnel {
             Fresnel::Off => ((reflection + transmission).min(one), reflection, transmission),
             model => {
@@ -210,8 +188,8 @@ impl<L: Wide> BsdfLanes<L> for Polished<'_, L> {
     #[inline(always)]
     fn sample(&self) -> DirectionSample<L> {
         let (zero, wo) = (L::splat(0.0), self.wo);
-        let Surfaces { dielectrics, conductors, eta, transmission, .. } = &self.surfaces;
-        let chooses = L::any(zero.lt(L::load(transmission)));
+        let Surfaces { dielectrics, conductors, eta, .. } = &self.surfaces;
+        let chooses = L::any(zero.lt(L::load(&self.bodies.transmission)));
         let lobe = if chooses { self.hits.samples.extra(Domain::Lobe) } else { zero };
         let (through, passes) = behind_lanes(wo, V3::splat(Vec3::Z), L::load(eta));
         let mut choice = self.blinn_phong(lobe, passes);
@@ -239,19 +217,12 @@ impl<L: Wide> BsdfLanes<L> for Polished<'_, L> {
             transmitted: L::not(choice.is_mirror),
         }
     }
-    /// What radiance loses on its way into glass it gets back on its way out: no reason to end a path.
     #[inline(always)]
     fn worth(&self, throughput: V3<L>, sample: &DirectionSample<L>) -> L {
-        let (zero, one, ior) = (L::splat(0.0), L::splat(1.0), L::load(&self.surfaces.ior));
-        let (into, front) = (sample.transmitted, self.hits.front);
-        let inside = L::or(L::and(into, front), L::not(L::or(into, front)));
-        let inside = L::and(inside, zero.lt(L::load(&self.surfaces.transmission)));
-        throughput.max_element() * L::select(inside, (ior * ior).max(one), one)
+        self.bodies.worth(throughput, sample.transmitted, self.hits.front)
     }
     #[inline(always)]
     fn medium(&self, medium: [L; 2], sample: &DirectionSample<L>) -> [L; 2] {
-        let [low, high] = &self.surfaces.behind;
-        let behind = [lanes_from_bits(low), lanes_from_bits(high)];
-        [L::select(sample.transmitted, behind[0], medium[0]), L::select(sample.transmitted, behind[1], medium[1])]
+        self.bodies.onward(medium, sample.transmitted)
     }
 }
