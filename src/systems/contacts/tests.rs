@@ -2,7 +2,9 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use super::{ContactsLeftOut, FACE_BYTES, contact_nudges, contacts_left_out, left_out_within, nudges_within};
+use super::{
+    ContactNudges, ContactsLeftOut, FACE_BYTES, contact_nudges, contacts_left_out, left_out_within, nudges_within,
+};
 use crate::base::limits;
 use crate::components::*;
 use crate::systems::{spawn, update_hierarchy};
@@ -91,4 +93,15 @@ fn contacts_are_looked_for_in_the_memory_that_is_left() {
     assert_eq!(within(faces), ContactsLeftOut { bodies: vec![2], cut: None });
     assert_eq!(within(faces - 1), ContactsLeftOut { bodies: vec![], cut: Some((faces - 1, true)) });
     assert_eq!(within(0), ContactsLeftOut { bodies: vec![], cut: Some((limits::CONTACT_FACES, true)) });
+}
+
+#[test]
+fn of_more_meshes_than_can_be_compared_none_is_moved() {
+    let tile = floor(6);
+    let count = limits::CONTACT_PAIRS.isqrt() + 1;
+    assert!(count * tile.data.triangles.len() > limits::CONTACT_FACES);
+    let scene = Scene { entities: vec![EntityDesc::new([tile.into()]); count], ..Scene::default() };
+    let mut stage = spawn(scene).unwrap();
+    update_hierarchy(&mut stage).unwrap();
+    assert_eq!(contact_nudges(&stage), ContactNudges::default());
 }
