@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use ::rhai::Engine;
 
+use super::closures;
 use super::table::{self, Function};
 use super::words::{Words, keyword, plain_name, plain_type};
 use crate::base::diagnostics::{did_you_mean, nearest};
@@ -70,6 +71,10 @@ impl Vocabulary {
             "" => Vec::new(),
             list => list.split(", ").map(plain_type).collect(),
         };
+        if closures::is_closure(name) {
+            let message = format!("a closure is called with {}, which it does not take", count(arguments.len()));
+            return (message, Some("it is called with what stands between its bars: |a, b| takes two".into()));
+        }
         let name = plain_name(name);
         if !name.starts_with(|c: char| c.is_alphabetic()) {
             return operator(name, &arguments);
