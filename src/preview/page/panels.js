@@ -37,6 +37,9 @@ const AnimPanels = (() => {
   }
 
   function console_(state) {
+    const key = JSON.stringify([state.problems, state.warnings, state.printed]);
+    if (by("console").dataset.key === key) return;
+    by("console").dataset.key = key;
     const lines = [];
     for (const one of (state.problems ?? []).filter((one) => one.severity === "warning").concat(state.warnings ?? [])) {
       const where = one.file ? `${one.file}${one.line ? `:${one.line}` : ""}` : null;
@@ -113,6 +116,7 @@ const AnimPanels = (() => {
       }
       case "color": case "vector": case "numbers": {
         const now = [...value];
+        box.classList.add("several");
         const names = kind === "color" ? ["red", "green", "blue"] : ["x", "y", "z", "w"];
         const inputs = now.map((x, i) => number(x, { label: `${options.label}, ${names[i]}` }, (x, done) => {
           now[i] = x;
@@ -223,7 +227,9 @@ const AnimPanels = (() => {
       const more = others.length ? element("details", {}, element("summary", {}, near.length ? `${others.length} more field${others.length > 1 ? "s" : ""}` : `all at their defaults`), ...others.map((one) => field(group, one))) : null;
       return element("div", { className: "group" }, element("h3", { title: group.doc }, group.title), ...near.map((one) => field(group, one)), more);
     });
-    box.replaceChildren(element("p", {}, element("strong", {}, part.label)), ...groups);
+    // A part of one group is called as that is.
+    const label = part.groups.length === 1 && part.groups[0].title === part.label ? null : element("p", {}, element("strong", {}, part.label));
+    box.replaceChildren(...[label].filter(Boolean), ...groups);
   }
 
   return { problems, console: console_, parameters, selection, element };
