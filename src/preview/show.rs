@@ -68,6 +68,7 @@ impl PreviewWorker {
                 root.join("golden").join(&shot.name).to_string_lossy().into_owned()
             }),
             "reuse_bytes": self.cache.bytes(),
+            "can_relight": self.cache.can_relight(),
             "memory_bytes": self.options.policy.memory << 20,
             "frames": rows,
         });
@@ -136,7 +137,11 @@ impl PreviewWorker {
         let Some(planned) = planned.filter(|planned| self.cache.lacks_emitters(planned)).cloned() else { return false };
         let Some(shot) = &mut self.shot else { return false };
         // Mistakes were told when the frame was traced.
-        shot.know_emitters(&planned, &mut self.cache, &self.board.cancel).is_ok()
+        let known = shot.know_emitters(&planned, &mut self.cache, &self.board.cancel);
+        if matches!(known, Ok(true)) {
+            self.publish();
+        }
+        known.is_ok()
     }
 
     /// Shows a quick picture; false if it was given up.
@@ -314,6 +319,10 @@ impl PreviewWorker {
 
     /// Draws tiles over the quick picture while the exact one is traced.
     fn sink(&self) -> Option<TileSink> {
+        if self.current.kind == "mixed" {
+            // That is as sharp, and less noisy than tiles before noise is filtered out of them.
+            return None;
+        }
         let small = self.board.read(|shown| shown.pictures.get(self.current.picture).cloned()).0?;
         let size = self.plan.as_ref()?.frames.get(self.frame as usize - 1)?.fingerprint.as_ref().ok()?.size;
         Some(refining::sink(&self.board, &small, size, self.current.clone(), self.display?))

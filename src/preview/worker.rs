@@ -157,6 +157,7 @@ impl PreviewWorker {
             Err(cause) => {
                 let why = cause.downcast_ref::<String>().cloned();
                 let why = why.or(cause.downcast_ref::<&str>().map(|text| text.to_string())).unwrap_or_default();
+                self.board.is_sketching.store(false, Ordering::Relaxed);
                 (self.shot, self.plan, self.todo) = (None, None, Todo::default());
                 self.cache = LiveCache::new(self.policy);
                 self.last_shot = None;

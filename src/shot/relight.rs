@@ -42,6 +42,12 @@ impl EmitterFilms {
         self.films.iter().map(|film| size_of_val(&*film.pixels)).sum()
     }
 
+    /// Whether a picture is of the same frame, and there is something to relight it by.
+    pub fn can_light(&self, picture: &LitPicture) -> bool {
+        let count = self.films.first().map(|film| film.pixels.len());
+        self.common == picture.common && count == Some(picture.film.pixels.len())
+    }
+
     /// Whether they say all that there is to say of a frame.
     pub fn are_of(&self, fingerprint: &Fingerprint) -> bool {
         self.common == fingerprint.hash_without_colors()
@@ -64,6 +70,11 @@ impl LitPicture {
         let film = Film { origin: *origin, pixels: pixels.clone(), ..Film::new(*width, *height) };
         let (hash, common) = (fingerprint.hash(), fingerprint.hash_without_colors());
         LitPicture { hash, common, colors: Vec::new(), film, render: render.clone() }
+    }
+
+    /// Whether it is of a frame, whatever colours the emitters of both have.
+    pub fn is_like(&self, fingerprint: &Fingerprint) -> bool {
+        self.common == fingerprint.hash_without_colors()
     }
 
     /// With the colours of the scene that it is of; `None` if it is of another one.
@@ -92,7 +103,7 @@ fn emitters_of(scene: &Scene) -> Vec<EmitterColor> {
 fn plain(render: &Render) -> Render {
     let round = if render.noise_threshold.is_some() { render.min_samples } else { MOST_SAMPLES };
     let samples = render.samples.min(round);
-    Render { aovs: Vec::new(), samples, denoise: false, noise_threshold: None, transparent: false, ..render.clone() }
+    Render { aovs: Vec::new(), samples, denoise: false, noise_threshold: None, ..render.clone() }
 }
 
 impl Shot {
@@ -154,7 +165,7 @@ impl Shot {
         films: &EmitterFilms,
         known: &LitPicture,
     ) -> Result<Option<LivePicture>, Diagnostics> {
-        if films.common != known.common || films.films.is_empty() {
+        if !films.can_light(known) {
             return Ok(None);
         }
         let mut slices = self.input.slices(frame)?;

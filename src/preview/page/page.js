@@ -30,8 +30,10 @@ window.animPreview = (() => {
     const before = state;
     state = news;
     state.frames ??= [];
-    document.title = `${news.input} - anim preview`;
-    by("name").textContent = news.input;
+    const name = news.input.split(/[\\/]/).pop();
+    document.title = `${name} - anim preview`;
+    by("name").textContent = name;
+    by("name").title = news.input;
     // The picture first: it is what is waited for.
     await draw();
     AnimPanels.problems(news.problems);
@@ -51,6 +53,7 @@ window.animPreview = (() => {
     badge();
     strip();
     fetchView();
+    if (local.early && isSettled()) select(local.early);
     if (news.revision !== before.revision || (news.current.kind === "exact" && before.current?.kind !== "exact")) refreshPart();
   }
 
@@ -260,7 +263,7 @@ window.animPreview = (() => {
     local.place = place;
     shown.cursor = place;
     by("focus-here").disabled = true;
-    if (!isSettled()) { say("\u00a0"); return; }
+    if (!isSettled()) { say(state.problems?.length ? "\u00a0" : "what is here shows when the picture is exact"); return; }
     try {
       await AnimPicture.fetchLayers(key());
       await AnimPicture.fetchLinear(shown.id);
@@ -297,6 +300,9 @@ window.animPreview = (() => {
 
   async function select(place) {
     await point(place);
+    // Who clicks too early gets what is there as soon as that is known.
+    local.early = isSettled() ? null : place;
+    if (local.early) return;
     const found = AnimPicture.at(place);
     if (found?.entity) await choose("entity", found.entity - 1);
     else { local.part = null; shown.selected = 0; AnimPanels.selection(null); AnimPicture.outline(); }
@@ -445,6 +451,12 @@ window.animPreview = (() => {
   async function focusHere() {
     const found = local.place && AnimPicture.at(local.place);
     if (!found?.entity) return;
+    const { groups: [group] } = await part("camera");
+    const field = group.fields.find((one) => one.name === "focus_distance");
+    if (field?.by_script) {
+      say(`the script sets the focus${field.line ? ` (${field.file}:${field.line})` : ""}; here it would be ${Number(found.depth.toFixed(4))}`);
+      return;
+    }
     await written([{ path: "camera.focus_distance", value: String(Number(found.depth.toFixed(4))) }]).catch((error) => say(error.message));
   }
 

@@ -153,10 +153,12 @@ const AnimPanels = (() => {
     return box;
   }
 
+  // A place by the file's own name; the whole path when it is pointed at.
+  const own = (file) => file.split(/[\\/]/).pop();
   function row(name, doc, box, place) {
     const label = element("span", { className: "label", title: doc ?? "" }, name);
     if (box.drag) drags(label, box.drag);
-    return element("div", { className: "field" }, label, box, place ? element("span", { className: "place" }, place) : null);
+    return element("div", { className: "field" }, label, box, place ? element("span", { className: "place", title: place.path ?? "" }, place.text ?? place) : null);
   }
 
   function parameters(list, define) {
@@ -191,6 +193,9 @@ const AnimPanels = (() => {
   }
   const decimal = (x) => Number.isInteger(x) && Math.abs(x) < 1e15 ? x.toFixed(1) : String(x);
 
+  // A number as people read it: the script's own may be fifteen digits long.
+  const digits = (one) => typeof one.value === "number" ? String(Number(one.value.toPrecision(7))) : one.text;
+
   // The fields of a part of the scene; `tried(trial)` while a value changes, `written(path, value)` when it has.
   function selection(part, tried, written) {
     const box = by("selection");
@@ -201,10 +206,10 @@ const AnimPanels = (() => {
     const field = (group, one) => {
       const subject = group.subject ?? { kind: part.kind, index: part.index };
       const kind = one.kind === "none" ? "text" : one.kind;
-      const place = one.line ? `${one.file}:${one.line}` : null;
+      const place = one.line ? { text: `${own(one.file)}:${one.line}`, path: one.file } : null;
       if (!one.writable) {
-        const why = one.by_script ? `set by the script${place ? `, ${place}` : ""}` : place;
-        return row(one.name, one.doc, element("span", { className: "value" }, one.text), why);
+        const why = one.by_script ? { text: `set by the script${place ? `, ${place.text}` : ""}`, path: one.file } : place;
+        return row(one.name, one.doc, element("span", { className: "value" }, digits(one)), why);
       }
       let made = null;
       const box = control(kind, one.kind === "none" ? null : one.value, { label: `${group.title} ${one.name}` }, (value, done) => {
