@@ -216,7 +216,7 @@ impl Shot {
         let made = self.traced_picture(planned, (&mut work, room, reuse), &viewer, cancel);
         *cache.work(&viewer) = work;
         if let (Ok(Some(picture)), LiveViewer::Eye(_), true) = (&made, &viewer, reuse) {
-            cache.latest = Some(LitPicture::new(fingerprint, picture));
+            cache.latest = Some(LitPicture::new(fingerprint, &picture.film, &picture.render));
         }
         made
     }
@@ -319,7 +319,10 @@ impl Shot {
         cache: &LiveCache,
     ) -> Result<Option<LivePicture>, Diagnostics> {
         match (&cache.emitters, &cache.lit) {
-            (Some(films), Some(known)) => self.relit(frame, trial, films, known),
+            (Some(films), Some(known)) => {
+                let relit = self.relit(frame, trial, films, known)?;
+                Ok(relit.map(|(film, render, stats)| LivePicture { film, render, stats }))
+            }
             _ => Ok(None),
         }
     }

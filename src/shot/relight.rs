@@ -14,7 +14,6 @@ use rayon::prelude::*;
 
 use super::bands;
 use super::fingerprint::{EmitterColor, Fingerprint};
-use super::live::LivePicture;
 use super::plan::PlannedFrame;
 use super::{Shot, Slice, files, moments, shutter};
 use crate::base::diagnostics::Diagnostics;
@@ -65,8 +64,8 @@ pub(super) struct LitPicture {
 }
 
 impl LitPicture {
-    pub fn new(fingerprint: &Fingerprint, picture: &LivePicture) -> LitPicture {
-        let LivePicture { film: Film { width, height, pixels, origin, .. }, render, .. } = picture;
+    pub fn new(fingerprint: &Fingerprint, film: &Film, render: &Render) -> LitPicture {
+        let Film { width, height, pixels, origin, .. } = film;
         let film = Film { origin: *origin, pixels: pixels.clone(), ..Film::new(*width, *height) };
         let (hash, common) = (fingerprint.hash(), fingerprint.hash_without_colors());
         LitPicture { hash, common, colors: Vec::new(), film, render: render.clone() }
@@ -164,7 +163,7 @@ impl Shot {
         trial: &[Edit],
         films: &EmitterFilms,
         known: &LitPicture,
-    ) -> Result<Option<LivePicture>, Diagnostics> {
+    ) -> Result<Option<(Film, Render, FrameStats)>, Diagnostics> {
         if !films.can_light(known) {
             return Ok(None);
         }
@@ -184,7 +183,7 @@ impl Shot {
         let film = relit(&known.film, &films.films, &new, &old);
         let render = known.render.clone().with_environment_color(scene.render.environment_color().1);
         let stats = FrameStats { passes: films.films.len(), passes_kept: films.films.len(), ..FrameStats::default() };
-        Ok(Some(LivePicture { film, render, stats }))
+        Ok(Some((film, render, stats)))
     }
 }
 
