@@ -17,7 +17,7 @@ use crate::shot::reuse::ReusePolicy;
 #[derive(clap::Args)]
 #[command(
     after_help = "The page shows the frame a moment after every edit, first a quick picture, then the exact one: the bytes that \
-            `anim render` would write. Mistakes lie over the last good picture. Point at a pixel to see what it is, click to see where \
+            `anim render` would write. Of other colours of lights it first shows what each light gave before, mixed anew. Mistakes lie over the last good picture. Point at a pixel to see what it is, click to see where \
             that is written, and change it there. Nobody but you can open it: it listens on this machine alone, at an address with a \
             secret in it, and asks for nothing from elsewhere. Ends with Ctrl-C.
 
@@ -39,7 +39,7 @@ pub struct PreviewArguments {
     out: Option<String>,
     #[command(flatten)]
     look: LookArguments,
-    /// Memory in MiB for what is kept from picture to picture
+    /// Memory in MiB for pictures, and for what is kept of the work from one to the next
     #[arg(long, value_name = "MIB", default_value_t = limits::REUSE_MEMORY, value_parser = clap::value_parser!(u64).range(0..=1 << 24))]
     reuse_memory: u64,
 }

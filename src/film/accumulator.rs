@@ -173,6 +173,11 @@ impl PixelAccumulator {
         self.features.get(pixel)
     }
 
+    /// How many samples were added to a pixel.
+    pub fn samples(&self, pixel: usize) -> u32 {
+        self.sums[pixel].count
+    }
+
     /// Mean luminance of a pixel's samples and the variance of that mean, if it is wanted: the variance of the samples
     /// over their number. Two samples at least are needed to tell.
     pub fn spread(&self, pixel: usize) -> Option<[f64; 2]> {

@@ -3,7 +3,7 @@
 //! Pixels are linear and of any size (scene referred). [`accumulator`] adds samples up, tile by tile; [`filter`] draws where
 //! in and around a pixel they lie; `catcher` makes alpha of shadows; [`layers`] say what the pixels show; [`denoise`]
 //! takes out noise; [`tone`] makes what a screen can show of the result; [`bounds`] are rectangles of a frame that is not
-//! rendered as a whole, [`rows`] filter one that comes in bands.
+//! rendered as a whole, [`rows`] filter one that comes in bands, `redenoise` one that was edited.
 
 pub mod accumulator;
 pub mod bounds;
@@ -12,17 +12,21 @@ mod denoise;
 mod dither;
 pub mod filter;
 pub mod layers;
+mod redenoise;
 pub mod rows;
 pub mod tone;
 
 pub use accumulator::{AccumulatorOptions, PixelAccumulator};
 pub use bounds::PixelBounds;
 pub use catcher::{CaughtLight, CaughtShadow, CaughtSum};
-pub use denoise::{DENOISE_REACH, DenoisePixel, SeenFeature, denoise};
+pub use denoise::{DENOISE_REACH, DenoisePixel, SeenFeature, denoise, denoise_until};
 pub use filter::FilterTable;
 pub use layers::{Feature, Layers};
+pub use redenoise::DenoiseHistory;
 pub use rows::RowDenoiser;
 pub use tone::DisplayTransform;
+
+use rayon::prelude::*;
 
 /// Linear RGB pixels of any size, top row first.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,16 +70,23 @@ impl Film {
 
     /// RGB bytes, three per pixel, rounded to nearest or dithered.
     pub fn to_rgb8(&self, display: DisplayTransform) -> Vec<u8> {
-        if display.dithers() {
-            let (width, [left, top]) = (self.width.max(1) as usize, self.origin.map(|at| at as usize));
-            let dithered = |(i, color): (usize, &[f32; 3])| {
-                let (x, y) = (left + i % width, top + i / width);
+        let (width, [left, top]) = (self.width.max(1) as usize, self.origin.map(|at| at as usize));
+        let dithers = display.dithers();
+        let mut bytes = vec![0; 3 * self.pixels.len()];
+        let rows = bytes.par_chunks_mut(3 * width).zip(self.pixels.par_chunks(width)).enumerate();
+        rows.for_each(|(y, (bytes, colors))| {
+            for (x, (to, color)) in bytes.chunks_exact_mut(3).zip(colors).enumerate() {
                 let exposed = display.expose(*color);
-                [0, 1, 2].map(|k| display.dithered_byte(exposed[k], dither::threshold(x, y, k)))
-            };
-            return self.pixels.iter().enumerate().flat_map(dithered).collect();
-        }
-        self.pixels.iter().flat_map(|color| display.expose(*color).map(|x| display.byte(x))).collect()
+                for (k, to) in to.iter_mut().enumerate() {
+                    *to = if dithers {
+                        display.dithered_byte(exposed[k], dither::threshold(left + x, top + y, k))
+                    } else {
+                        display.byte(exposed[k])
+                    };
+                }
+            }
+        });
+        bytes
     }
 
     /// As [`Self::to_rgb8`], with alpha in a fourth byte: colours are straight, as files for the screen have them.

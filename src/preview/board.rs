@@ -40,6 +40,8 @@ pub enum Order {
     Describe(PagePart, PageReply),
     /// What the pixels of the picture show.
     Layers(PageReplyBytes),
+    /// How many samples the pixels of the picture have, and how noisy they are.
+    Noise(PageReplyBytes),
     /// The command ends.
     Stop,
 }
@@ -86,6 +88,8 @@ pub struct Board {
     ordered: Condvar,
     /// Raised by every order: what is traced is given up, and taken up again where nothing has changed.
     pub cancel: AtomicBool,
+    /// Raised while a quick picture is made: questions wait until it is shown.
+    pub is_sketching: AtomicBool,
     version: watch::Sender<u64>,
 }
 
@@ -101,6 +105,7 @@ impl Board {
             orders: Mutex::default(),
             ordered: Condvar::new(),
             cancel: AtomicBool::new(false),
+            is_sketching: AtomicBool::new(false),
             version: watch::channel(1).0,
         })
     }
@@ -119,15 +124,27 @@ impl Board {
             | Order::Render(_)
             | Order::Describe(..)
             | Order::Layers(_)
+            | Order::Noise(_)
             | Order::Stop => {}
         }
         if orders.len() >= limits::PREVIEW_ORDERS && !matches!(order, Order::Changed(_) | Order::Stop) {
             return false;
         }
+        let can_wait = matches!(order, Order::Describe(..) | Order::Layers(_) | Order::Noise(_) | Order::Render(_));
         orders.push_back(order);
-        self.cancel.store(true, Ordering::Relaxed);
+        if !(can_wait && self.is_sketching.load(Ordering::Relaxed)) {
+            self.cancel.store(true, Ordering::Relaxed);
+        }
         self.ordered.notify_all();
         true
+    }
+
+    /// Does something during which questions wait.
+    pub fn sketching<T>(&self, work: impl FnOnce() -> T) -> T {
+        self.is_sketching.store(true, Ordering::Relaxed);
+        let done = work();
+        self.is_sketching.store(false, Ordering::Relaxed);
+        done
     }
 
     /// Puts an order behind the others that was given up for them.

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | [`watching`] | [`FileWatch`](watching::FileWatch): which files hold something else than before |
 //! | [`board`] | where worker and pages meet: what is shown, and orders |
-//! | [`worker`], `show`, `messages` | opens, sketches, traces, writes; and how the page is told of it |
+//! | [`worker`], `show`, `messages` | opens, sketches, relights, traces, writes; and how the page is told of it |
 //! | [`pictures`], `refining` | pictures in memory, bounded; those that grow sharp |
 //! | [`describe`], [`trial`] | fields of the scene with their places; values that are tried out |
 //! | [`guard`], [`server`] | who gets in; what is asked and answered |

@@ -37,7 +37,7 @@ pub struct CurrentPicture {
     pub frame: u32,
     /// The picture in the store; 0 for none.
     pub picture: u64,
-    /// `sketch`, `refining` or `exact`.
+    /// `sketch`, `mixed`, `refining` or `exact`.
     pub kind: &'static str,
     /// The exact picture that stood there before the last edit.
     pub before: u64,
@@ -59,8 +59,10 @@ impl CurrentPicture {
 }
 
 /// Pictures by number; the oldest give way.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct PictureStore {
+    /// Most bytes that are kept, but for the newest picture.
+    most: usize,
     pictures: BTreeMap<u64, ShownPicture>,
     /// Those with linear light, the oldest first.
     films: Vec<u64>,
@@ -71,7 +73,24 @@ pub struct PictureStore {
 /// Pictures that keep their linear light.
 const FILMS: usize = 4;
 
+impl Default for PictureStore {
+    fn default() -> Self {
+        let most = limits::PREVIEW_PICTURE_BYTES;
+        PictureStore { most, pictures: BTreeMap::new(), films: Vec::new(), next: 0, bytes: 0 }
+    }
+}
+
 impl PictureStore {
+    /// Changes how many bytes are kept at most.
+    pub fn set_most(&mut self, bytes: usize) {
+        self.most = bytes;
+    }
+
+    /// Most bytes that are kept.
+    pub fn most(&self) -> usize {
+        self.most
+    }
+
     /// Adds a picture and gives its number. Older ones give way, but for those in `wanted`.
     pub fn add(&mut self, picture: ShownPicture, wanted: impl Fn(u64) -> bool) -> u64 {
         self.next += 1;
@@ -89,7 +108,7 @@ impl PictureStore {
         let old: Vec<u64> = self.pictures.range(..self.next).map(|(id, _)| *id).collect();
         for pass in [false, true] {
             for id in &old {
-                if self.bytes > limits::PREVIEW_PICTURE_BYTES && (pass || !wanted(*id)) {
+                if self.bytes > self.most && (pass || !wanted(*id)) {
                     self.remove(*id);
                 }
             }

@@ -56,7 +56,7 @@ impl Refining {
             let before = self.current.picture;
             self.current.picture =
                 shown.pictures.add(ShownPicture { frame, size, rgb, film: None, file: None }, |_| true);
-            if self.current.kind == "refining" || self.current.kind == "sketch" {
+            if ["refining", "sketch", "mixed"].contains(&self.current.kind) {
                 shown.pictures.remove(before);
             }
             self.current.kind = "refining";

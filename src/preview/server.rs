@@ -9,6 +9,7 @@
 //! | `GET /file/ID` | a PNG; of an exact picture the bytes that `anim render` writes |
 //! | `GET /golden/FRAME` | the golden frame of the project |
 //! | `GET /layers` | what the pixels of the frame show |
+//! | `GET /noise` | how many samples they have, and how noisy they are |
 //! | `GET /part?kind=entity&index=N` | fields of a part of the scene |
 //! | `POST /look /define /try /set /undo /render` | orders, as JSON |
 
@@ -25,7 +26,7 @@ use serde_json::{Value, json};
 use tokio::sync::oneshot;
 
 use super::PreviewOptions;
-use super::board::{Board, Order, PagePart, Trial};
+use super::board::{Board, Order, PagePart, PageReplyBytes, Trial};
 use super::guard::{AccessToken, Credentials, Refusal, admit};
 use super::page::PAGE;
 use super::watching::FileWatch;
@@ -126,7 +127,8 @@ async fn answer(State(desk): State<Arc<Desk>>, request: Request) -> Response {
         (&Method::GET, "state") => state(&desk, query(&parts.uri, "since")).await,
         (&Method::GET, "picture" | "linear" | "file") => picture(&desk, first, rest.parse().unwrap_or(0)),
         (&Method::GET, "golden") => golden(&desk, rest.parse().unwrap_or(0)),
-        (&Method::GET, "layers") => layers(&desk).await,
+        (&Method::GET, "layers") => columns(&desk, Order::Layers).await,
+        (&Method::GET, "noise") => columns(&desk, Order::Noise).await,
         (&Method::GET, "part") => {
             let index = query(&parts.uri, "index").and_then(|text| text.parse().ok()).unwrap_or(0);
             let kind = query(&parts.uri, "kind").unwrap_or_default();
@@ -228,9 +230,9 @@ fn golden(desk: &Desk, frame: u32) -> Response {
     }
 }
 
-async fn layers(desk: &Desk) -> Response {
+async fn columns(desk: &Desk, order: impl FnOnce(PageReplyBytes) -> Order) -> Response {
     let (reply, answer) = oneshot::channel();
-    if !desk.board.order(Order::Layers(reply)) {
+    if !desk.board.order(order(reply)) {
         return plain(StatusCode::SERVICE_UNAVAILABLE, "too much is waiting already\n");
     }
     match answer.await {

@@ -16,15 +16,19 @@ use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::{files, limits};
 use crate::film::{DisplayTransform, Film};
 use crate::output::{FileState, Format};
-use crate::shot;
 use crate::shot::fingerprint::Fingerprint;
-use crate::shot::live::LivePicture;
+use crate::shot::live::{LivePicture, LiveViewer};
 use crate::shot::plan::{self, PlannedFrame};
 use crate::shot::run::{self, Event};
+use crate::shot::{self, NoiseMap};
 use crate::systems::TileSink;
 
 /// A quick picture is made smaller above the second and larger below the first, for the next time.
 const SKETCH_TIME: [Duration; 2] = [Duration::from_millis(15), Duration::from_millis(60)];
+/// What it then is to take.
+const SKETCH_SECONDS: f64 = 0.035;
+/// Its sides are not divided by more: less would show nothing.
+const MOST_DIVISOR: f64 = 10.0;
 
 impl PreviewWorker {
     /// Tells the page all that there is to know.
@@ -64,6 +68,8 @@ impl PreviewWorker {
                 root.join("golden").join(&shot.name).to_string_lossy().into_owned()
             }),
             "reuse_bytes": self.cache.bytes(),
+            "can_relight": self.cache.can_relight(),
+            "memory_bytes": self.options.policy.memory << 20,
             "frames": rows,
         });
         if shot.is_none() {
@@ -100,8 +106,46 @@ impl PreviewWorker {
         true
     }
 
+    /// Shows the frame if it is in memory, or in the folder that frames are written to.
+    pub(super) fn show_done(&mut self) -> bool {
+        let is_done = self.plan.is_some()
+            && self.rows.get(self.frame as usize - 1).is_some_and(|row| row.state == FileState::Done.word());
+        self.show_from_memory() || (is_done && self.read_frame(self.frame) && self.show_from_memory())
+    }
+
+    /// Shows a picture that is mixed from what each emitter gives, or a quick one; false if it was given up.
+    pub(super) fn show_quick(&mut self) -> bool {
+        let start = Instant::now();
+        let mixed = self.trial_edits().and_then(|edits| match &mut self.shot {
+            Some(shot) => shot.relight(self.frame, &edits, &self.cache),
+            None => Ok(None),
+        });
+        match mixed {
+            Ok(Some(picture)) => {
+                self.problems.clear();
+                self.put(&picture, "mixed", start.elapsed().as_secs_f64());
+                true
+            }
+            // What is wrong with the frame, the quick picture says.
+            Ok(None) | Err(_) => self.show_sketch(),
+        }
+    }
+
+    /// Finds out what each emitter gives to the frame that is looked at; false if that is known.
+    pub(super) fn look_at_emitters(&mut self) -> bool {
+        let planned = self.plan.as_ref().and_then(|plan| plan.frames.get(self.frame as usize - 1));
+        let Some(planned) = planned.filter(|planned| self.cache.lacks_emitters(planned)).cloned() else { return false };
+        let Some(shot) = &mut self.shot else { return false };
+        // Mistakes were told when the frame was traced.
+        let known = shot.know_emitters(&planned, &mut self.cache, &self.board.cancel);
+        if matches!(known, Ok(true)) {
+            self.publish();
+        }
+        known.is_ok()
+    }
+
     /// Shows a quick picture; false if it was given up.
-    pub(super) fn show_sketch(&mut self) -> bool {
+    fn show_sketch(&mut self) -> bool {
         let start = Instant::now();
         let made = self.trial_edits().and_then(|edits| {
             let Some(shot) = &mut self.shot else { return Ok(None) };
@@ -115,11 +159,15 @@ impl PreviewWorker {
             }
             Ok(Some(picture)) => {
                 let took = start.elapsed();
-                if took > SKETCH_TIME[1] {
-                    self.sketch.divisor = (self.sketch.divisor + 1).min(12);
-                } else if took < SKETCH_TIME[0] {
-                    self.sketch.divisor = (self.sketch.divisor - 1).max(2);
+                if !(SKETCH_TIME[0]..=SKETCH_TIME[1]).contains(&took) {
+                    // What does not go with the number of pixels takes its share of the time.
+                    let traced = picture.stats.render_seconds.max(1e-4);
+                    let fixed = (took.as_secs_f64() - traced).max(0.0);
+                    let allowed = (SKETCH_SECONDS - fixed).max(0.3 * SKETCH_SECONDS);
+                    let divisor = f64::from(self.sketch.divisor) * (traced / allowed).sqrt();
+                    self.sketch.divisor = divisor.ceil().clamp(2.0, MOST_DIVISOR) as u32;
                 }
+                self.sketch_seconds = took.as_secs_f64();
                 self.problems.clear();
                 self.put(&picture, "sketch", took.as_secs_f64());
                 true
@@ -133,7 +181,7 @@ impl PreviewWorker {
             frame: self.frame,
             size: [picture.film.width, picture.film.height],
             rgb: Arc::new(picture.film.to_rgb8(DisplayTransform::new(&picture.render))),
-            film: Some(Arc::new(picture.film.clone())),
+            film: Some(Arc::new(light_of(&picture.film))),
             file: None,
         };
         self.display = Some(DisplayTransform::new(&picture.render));
@@ -142,7 +190,7 @@ impl PreviewWorker {
         let mut id = 0;
         self.board.show(|board| {
             let last = &board.state["current"];
-            let passes = matches!(last["kind"].as_str(), Some("sketch" | "refining"));
+            let passes = matches!(last["kind"].as_str(), Some("sketch" | "mixed" | "refining"));
             let passing = last["picture"].as_u64().filter(|_| passes);
             id = board.pictures.add(shown, |id| wanted.contains(&id));
             passing.into_iter().for_each(|id| board.pictures.remove(id));
@@ -210,7 +258,7 @@ impl PreviewWorker {
 
     /// Makes the exact picture of the frame that is looked at; false if there is nothing to make.
     pub(super) fn show_exact(&mut self) -> bool {
-        if self.show_from_memory() {
+        if self.show_done() {
             return true;
         }
         let Some(made) = self.exact(self.frame, true) else { return true };
@@ -233,9 +281,9 @@ impl PreviewWorker {
     fn exact(&mut self, frame: u32, is_seen: bool) -> Option<Result<LivePicture, Diagnostics>> {
         let start = Instant::now();
         let planned = self.plan.as_ref()?.frames.get(frame as usize - 1)?.clone();
-        let sink = if is_seen { self.sink() } else { None };
+        let viewer = if is_seen { LiveViewer::Eye(self.sink()) } else { LiveViewer::Ahead };
         let shot = self.shot.as_mut()?;
-        let made = shot.live_picture(&planned, &mut self.cache, sink, &self.board.cancel);
+        let made = shot.live_picture(&planned, &mut self.cache, viewer, &self.board.cancel);
         let seconds = start.elapsed().as_secs_f64();
         // Tiles that were shown meanwhile are in another picture than the one that was there before.
         let (shown, _) = self
@@ -271,6 +319,10 @@ impl PreviewWorker {
 
     /// Draws tiles over the quick picture while the exact one is traced.
     fn sink(&self) -> Option<TileSink> {
+        if self.current.kind == "mixed" {
+            // That is as sharp, and less noisy than tiles before noise is filtered out of them.
+            return None;
+        }
         let small = self.board.read(|shown| shown.pictures.get(self.current.picture).cloned()).0?;
         let size = self.plan.as_ref()?.frames.get(self.frame as usize - 1)?.fingerprint.as_ref().ok()?.size;
         Some(refining::sink(&self.board, &small, size, self.current.clone(), self.display?))
@@ -279,7 +331,7 @@ impl PreviewWorker {
     /// Makes or reads the next frame ahead that is not in memory; false if there is none.
     pub(super) fn look_ahead(&mut self) -> bool {
         let count = self.rows.len() as u32;
-        let room = self.board.read(|shown| shown.pictures.bytes()).0 < limits::PREVIEW_PICTURE_BYTES / 10 * 9;
+        let room = self.board.read(|shown| shown.pictures.bytes() < shown.pictures.most() / 10 * 9).0;
         let after = (0..count).map(|i| (self.frame - 1 + i) % count.max(1) + 1);
         let is_missing = |frame: &u32| {
             let row = &self.rows[*frame as usize - 1];
@@ -376,6 +428,21 @@ impl PreviewWorker {
         ended
     }
 
+    /// Answers how the picture was sampled: width and height, then columns of the numbers of samples and of standard
+    /// errors, in little-endian words.
+    pub(super) fn noise(&mut self, reply: PageReplyBytes) {
+        let Some(shot) = &mut self.shot else {
+            let _ = reply.send(Err("mend the mistakes first".into()));
+            return;
+        };
+        match shot.noise_of(self.frame, &self.board.cancel) {
+            Ok(None) if reply.is_closed() => {}
+            Ok(None) => self.board.put_back(Order::Noise(reply)),
+            Ok(Some(map)) => drop(reply.send(Ok(noise_bytes(&map)))),
+            Err(problems) => drop(reply.send(Err(problems.to_string()))),
+        }
+    }
+
     /// Answers what the pixels show: width and height, then columns of entities, materials (from 1; 0 is nothing), depths,
     /// normals and positions, in little-endian words.
     pub(super) fn layers(&mut self, reply: PageReplyBytes) {
@@ -389,6 +456,17 @@ impl PreviewWorker {
             Err(problems) => drop(reply.send(Err(problems.to_string()))),
         }
     }
+}
+
+fn noise_bytes(map: &NoiseMap) -> Vec<u8> {
+    let mut bytes: Vec<u8> = map.size.iter().chain(&map.samples).flat_map(|x| x.to_le_bytes()).collect();
+    bytes.extend(map.noise.iter().flat_map(|x| x.to_le_bytes()));
+    bytes
+}
+
+/// A film without its layers.
+fn light_of(film: &Film) -> Film {
+    Film { pixels: film.pixels.clone(), origin: film.origin, ..Film::new(film.width, film.height) }
 }
 
 fn row_json(row: &FrameRow) -> Value {

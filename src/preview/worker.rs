@@ -24,15 +24,25 @@ use crate::base::project::{FileRole, Project};
 use crate::film::DisplayTransform;
 use crate::shot::live::{LiveCache, Sketch};
 use crate::shot::plan::Plan;
+use crate::shot::reuse::ReusePolicy;
 use crate::shot::set::SceneEdit;
 use crate::shot::{self, Shot};
+
+/// A quick picture in seconds that nobody need be told to wait for.
+const PROMPT: f64 = 0.15;
 
 /// The worker with all that it knows.
 pub struct PreviewWorker {
     pub(super) options: PreviewOptions,
     pub(super) board: Arc<Board>,
     pub(super) watch: FileWatch,
+    /// What is kept of the work for pictures.
+    policy: ReusePolicy,
     pub(super) shot: Option<Shot>,
+    /// The one before, for what it has derived, while mistakes keep it from being opened again.
+    last_shot: Option<Shot>,
+    /// No file has changed since it was read but texts.
+    keeps_files: bool,
     pub(super) plan: Option<Plan>,
     pub(super) cache: LiveCache,
     /// Exact pictures in memory, by the hash of their frame.
@@ -49,6 +59,8 @@ pub struct PreviewWorker {
     /// What was written here, and need not be opened again.
     own_write: Option<(PathBuf, Digest)>,
     pub(super) sketch: Sketch,
+    /// What the last quick picture took.
+    pub(super) sketch_seconds: f64,
     /// How the picture that was shown last comes to the screen.
     pub(super) display: Option<DisplayTransform>,
     pub(super) problems: Vec<Value>,
@@ -88,12 +100,20 @@ struct Todo {
 impl PreviewWorker {
     /// A worker that has opened nothing yet.
     pub fn new(options: PreviewOptions, board: Arc<Board>, watch: FileWatch) -> PreviewWorker {
-        let cache = LiveCache::new(options.policy);
+        // Pictures get half of the memory, and what they are made of gets what they leave.
+        let memory = options.policy.memory;
+        let most = limits::PREVIEW_PICTURE_BYTES.min(usize::try_from(memory << 19).unwrap_or(usize::MAX));
+        board.show(|shown| shown.pictures.set_most(most));
+        let policy = ReusePolicy { memory: memory.saturating_sub(most as u64 >> 20), ..options.policy };
+        let cache = LiveCache::new(policy);
         PreviewWorker {
             options,
             board,
             watch,
+            policy,
             shot: None,
+            last_shot: None,
+            keeps_files: true,
             plan: None,
             cache,
             pictures: BTreeMap::new(),
@@ -105,6 +125,7 @@ impl PreviewWorker {
             undo: Vec::new(),
             own_write: None,
             sketch: Sketch { divisor: 4, samples: 4 },
+            sketch_seconds: f64::INFINITY,
             display: None,
             problems: Vec::new(),
             warnings: Vec::new(),
@@ -136,8 +157,10 @@ impl PreviewWorker {
             Err(cause) => {
                 let why = cause.downcast_ref::<String>().cloned();
                 let why = why.or(cause.downcast_ref::<&str>().map(|text| text.to_string())).unwrap_or_default();
+                self.board.is_sketching.store(false, Ordering::Relaxed);
                 (self.shot, self.plan, self.todo) = (None, None, Todo::default());
-                self.cache = LiveCache::new(self.options.policy);
+                self.cache = LiveCache::new(self.policy);
+                self.last_shot = None;
                 self.fail(&Diagnostic::bug(format!("the preview failed: {why}")).into());
                 None
             }
@@ -150,6 +173,13 @@ impl PreviewWorker {
                 let own = self.own_write.take().filter(|(path, digest)| {
                     paths == [path.clone()] && std::fs::read(path).is_ok_and(|bytes| Digest::of(&bytes) == *digest)
                 });
+                let is_text = |path: &PathBuf| path.extension().is_some_and(|e| e == "ron" || e == "rhai");
+                if !paths.iter().all(is_text) {
+                    // What was read of it before may have been taken for what it holds now.
+                    self.keeps_files = false;
+                    self.pictures.clear();
+                    self.cache = LiveCache::new(self.policy);
+                }
                 if own.is_none() {
                     self.reopen();
                 }
@@ -188,6 +218,7 @@ impl PreviewWorker {
                 let _ = reply.send(described.map_err(|problems| problems.to_string()));
             }
             Order::Layers(reply) => self.layers(reply),
+            Order::Noise(reply) => self.noise(reply),
             Order::Stop => {}
         }
     }
@@ -196,7 +227,7 @@ impl PreviewWorker {
         let last = self.shot.as_ref().map_or(1, Shot::frames);
         self.frame = frame.clamp(1, last);
         self.todo.idle = false;
-        self.todo.sketch = self.shot.is_some() && !self.show_from_memory();
+        self.todo.sketch = self.shot.is_some() && !self.show_done();
     }
 
     pub(super) fn reopen(&mut self) {
@@ -215,8 +246,8 @@ impl PreviewWorker {
             return false;
         }
         if self.todo.sketch {
-            self.todo.sketch = false;
-            self.todo.sketch = !self.show_sketch();
+            let board = self.board.clone();
+            self.todo.sketch = !board.sketching(|| self.show_quick());
             return true;
         }
         if !self.trial.is_empty() {
@@ -239,6 +270,9 @@ impl PreviewWorker {
             self.todo.render = !ended;
             return true;
         }
+        if self.look_at_emitters() {
+            return true;
+        }
         if !self.todo.idle {
             self.todo.idle = !self.look_ahead();
             return true;
@@ -259,12 +293,14 @@ impl PreviewWorker {
         });
         self.plan = None;
         self.trial.clear();
+        self.last_shot = self.shot.take().or(self.last_shot.take());
         match opened {
-            Err(problems) => {
-                self.shot = None;
-                self.fail(&problems);
-            }
-            Ok((shot, warnings)) => {
+            Err(problems) => self.fail(&problems),
+            Ok((mut shot, warnings)) => {
+                if let Some(before) = self.last_shot.take() {
+                    shot.adopt(before, self.keeps_files);
+                }
+                self.keeps_files = true;
                 self.frame = self.frame.clamp(1, shot.frames());
                 self.warnings = warnings.0.iter().map(Diagnostic::to_json).collect();
                 self.problems.clear();
@@ -279,7 +315,10 @@ impl PreviewWorker {
                 self.current.seconds = start.elapsed().as_secs_f64();
                 self.shot = Some(shot);
                 self.todo = Todo { sketch: true, render: self.todo.render, ..Todo::default() };
-                self.publish();
+                // The page hears of it with the quick picture, unless that takes long.
+                if self.sketch_seconds > PROMPT {
+                    self.publish();
+                }
             }
         }
     }

@@ -20,9 +20,11 @@ mod glass;
 mod linked_tags;
 pub mod live;
 mod moments;
+mod noise_map;
 mod parts;
 mod placements;
 pub mod plan;
+mod relight;
 pub mod reuse;
 pub mod run;
 pub mod set;
@@ -34,6 +36,7 @@ use std::sync::Arc;
 
 use assets::Assets;
 use fingerprint::{BaseFingerprint, Fingerprint};
+pub use noise_map::NoiseMap;
 pub use shutter::Slice;
 
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, ScenePart};

@@ -34,6 +34,8 @@ pub enum EmitterId {
 pub struct LightGroups {
     /// Emitters and their greys, above 0.
     pub emitters: Vec<(EmitterId, f32)>,
+    /// Each has its own colour instead, and the picture is divided among them as it is.
+    pub keep_colors: bool,
 }
 
 impl LightGroups {
@@ -51,14 +53,18 @@ impl LightGroups {
     /// A light with its group, and its grey in place of its colour.
     fn assign_light(&self, index: usize, kind: Kind, light: Lamp) -> Lamp {
         let own = self.group_of(EmitterId::Lamp(index, kind));
-        own.map_or(light, |(group, grey)| Lamp { color: Vec3::splat(grey), group, ..light })
+        let color = |grey| if self.keep_colors { light.color } else { Vec3::splat(grey) };
+        own.map_or(light, |(group, grey)| Lamp { color: color(grey), group, ..light })
     }
 
     /// Gives materials their groups, and greys in place of their emission.
     pub fn assign_materials(&self, materials: &mut [ShadingParams]) {
         for (number, material) in materials.iter_mut().enumerate() {
             if let Some((group, grey)) = self.group_of(EmitterId::Material(number)) {
-                (material.emission, material.group) = (Vec3::splat(grey), group);
+                material.group = group;
+                if !self.keep_colors {
+                    material.emission = Vec3::splat(grey);
+                }
             }
         }
     }
@@ -66,8 +72,10 @@ impl LightGroups {
     /// Gives the environment its grey, if it has a group of its own; returns the group that it is in.
     pub fn assign_environment(&self, settings: &mut Render) -> u32 {
         let Some((group, grey)) = self.group_of(EmitterId::Environment) else { return 0 };
-        settings.background = DVec3::splat(grey.into());
-        settings.environment_intensity = grey.into();
+        if !self.keep_colors {
+            settings.background = DVec3::splat(grey.into());
+            settings.environment_intensity = grey.into();
+        }
         group
     }
 }

@@ -16,8 +16,8 @@ use super::{accelerate, environment, extract, hierarchy, lens, lights, origin, t
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::components::{Integrator, Render};
 use crate::film::{
-    AccumulatorOptions, CaughtShadow, CaughtSum, DenoisePixel, Film, FilterTable, PixelAccumulator, PixelBounds,
-    denoise,
+    AccumulatorOptions, CaughtShadow, CaughtSum, DenoiseHistory, DenoisePixel, Film, FilterTable, PixelAccumulator,
+    PixelBounds,
 };
 use crate::trace::accel::Accelerator;
 use crate::trace::counters::Counters;
@@ -126,12 +126,26 @@ impl PartialFrame {
     /// # Errors
     /// No samples were traced, which is a mistake of the program.
     pub fn resolve(self) -> Result<(Vec<Film>, FrameStats), Diagnostic> {
+        let done = self.resolve_after(&mut DenoiseHistory::default(), &AtomicBool::new(false))?;
+        done.ok_or_else(|| Diagnostic::bug("nobody gives this up"))
+    }
+
+    /// As [`Self::resolve`], where noise is filtered again as far as the picture differs from the one before in `history`;
+    /// `None` if `cancel` was raised.
+    ///
+    /// # Errors
+    /// As [`Self::resolve`].
+    pub fn resolve_after(
+        self,
+        history: &mut DenoiseHistory,
+        cancel: &AtomicBool,
+    ) -> Result<Option<(Vec<Film>, FrameStats)>, Diagnostic> {
         let FrameAccumulators { grid, options, denoise: wanted, passes, tiles } =
             self.accumulators.ok_or_else(|| Diagnostic::bug("a frame without samples has no picture"))?;
         let of_pass = |pass: usize| resolve(grid, options_of(options, pass), tiles.iter().skip(pass).step_by(passes));
         let mut films: Vec<Film> = (0..passes).map(of_pass).collect();
-        if wanted {
-            films.iter_mut().for_each(denoise);
+        if wanted && !films.iter_mut().all(|film| history.denoise(film, cancel)) {
+            return Ok(None);
         }
         // Bands are denoised together, later on.
         if wanted || !options.halves {
@@ -140,7 +154,7 @@ impl PartialFrame {
         if grid.traced != grid.bounds {
             films = films.iter().map(|film| film.cropped(grid.traced, grid.bounds)).collect();
         }
-        Ok((films, FrameStats { passes, ..self.stats }))
+        Ok(Some((films, FrameStats { passes, ..self.stats })))
     }
 }
 

@@ -186,6 +186,23 @@ impl Stage {
         self.frames_left = frames_left;
     }
 
+    /// Takes over what was derived from the World of the same shot before it was edited and opened anew, and what was
+    /// read of files if `keeps_files`. Columns are compared with those that the new World gives, and accelerators go by
+    /// the columns that they were built over.
+    pub fn adopt(&mut self, before: Stage, keeps_files: bool) {
+        let DerivedCache { geometry, accelerators, environment, daylight, .. } = before.derived;
+        // The numbers of another World say nothing of this one: no World counts as far as this.
+        let unknown = Revisions { hierarchy: u64::MAX, transforms: u64::MAX, shapes: u64::MAX };
+        self.derived.geometry =
+            geometry.map(|((placements, _, origin), columns)| ((placements, unknown, origin), columns));
+        self.derived.accelerators = accelerators;
+        self.derived.daylight = daylight;
+        if keeps_files {
+            self.derived.environment = environment;
+            self.files = before.files;
+        }
+    }
+
     /// Sets what this World was in the frame before.
     pub fn set_previous_frame(&mut self, previous: Option<PreviousFrame>) {
         self.previous = previous;

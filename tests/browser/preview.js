@@ -47,6 +47,39 @@ window.previewChecks = (() => {
     return until("the picture is the same", () => all() !== remembered.picture);
   }
 
+  // What a lamp gives is known after a while; then its colour shows before anything is traced.
+  const kinds = new Set();
+  const show = AnimPicture.show;
+  AnimPicture.show = (id, frame, kind) => { kinds.add(kind); return show(id, frame, kind); };
+  async function relightable() {
+    await remember();
+    await until("it is not found out what the lamp gives", () => animPreview.state().can_relight);
+    kinds.clear();
+    return "ok";
+  }
+  async function relit() {
+    await changed();
+    check(`no picture was mixed, only ${[...kinds]}`, kinds.has("mixed"));
+    return "ok";
+  }
+
+  // How the picture was sampled, in false colours with a scale and numbers.
+  async function sampled() {
+    const plain = all();
+    const layer = by("layer");
+    for (const view of ["samples", "noise", "depth"]) {
+      const before = all();
+      layer.value = view;
+      layer.dispatchEvent(new Event("change"));
+      await until(`${view} are not shown`, () => all() !== before);
+      check(`the scale of ${view}`, (view === "depth") === (by("scale").textContent === ""));
+      if (view === "samples") check(`not 4 samples: ${by("scale").textContent}`, by("scale").textContent.startsWith("4 samples"));
+    }
+    layer.value = "color";
+    layer.dispatchEvent(new Event("change"));
+    return until("colours do not come back", () => all() === plain);
+  }
+
   const mistaken = (place) => until("no mistake is shown", () => !by("overlay").hidden && by("overlay").textContent.includes(place) && by("overlay").textContent.includes("did you mean"));
   const mended = async () => { await until("the mistake stays", () => by("overlay").hidden); return until("no exact picture", isExact); };
 
@@ -160,5 +193,5 @@ window.previewChecks = (() => {
     return "ok";
   };
 
-  return { started, remember, changed, mistaken, mended, slid, scrubbed, selected, tool, undone, edited, compared, closed, rendered, accessible, theme, fits, alone };
+  return { started, remember, changed, relightable, relit, sampled, mistaken, mended, slid, scrubbed, selected, tool, undone, edited, compared, closed, rendered, accessible, theme, fits, alone };
 })();

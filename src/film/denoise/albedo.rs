@@ -4,6 +4,8 @@
 //! more than a handful of samples tell of what covers the pixel: multiplied by that, filtered light would be as grainy as
 //! the albedo. So where the halves disagree about it, the albedo is filtered first, each half by weights of the other.
 
+use std::sync::atomic::AtomicBool;
+
 use super::pass::{FeaturePlanes, HalfLight, PassShape, filter};
 use super::plane::{PaddedPlane, box_weights};
 use super::{DenoisePixel, with_unseen};
@@ -22,8 +24,13 @@ const AROUND: usize = 7;
 const EXACT: f32 = 0.001;
 const NOISY: f32 = 0.004;
 
-/// Albedo of the first hit, filtered as far as it is noisy.
-pub fn steady_albedo(pixels: &[DenoisePixel], features: &FeaturePlanes, size: [usize; 2]) -> AlbedoPlanes {
+/// Albedo of the first hit, filtered as far as it is noisy; any if `cancel` was raised.
+pub fn steady_albedo(
+    pixels: &[DenoisePixel],
+    features: &FeaturePlanes,
+    size: [usize; 2],
+    cancel: &AtomicBool,
+) -> AlbedoPlanes {
     let own = [0, 1].map(|half: usize| {
         [0, 1, 2].map(|k: usize| PaddedPlane::from_fn(size, |i| pixels[i].halves[half].albedo[k].max(MIN_ALBEDO)))
     });
@@ -44,7 +51,7 @@ pub fn steady_albedo(pixels: &[DenoisePixel], features: &FeaturePlanes, size: [u
         guide: albedo.clone(),
         variance: with_unseen(&variance, albedo),
     });
-    let filtered = filter(&halves, features, PASS);
+    let filtered = filter(&halves, features, PASS, cancel);
     [0, 1].map(|half: usize| {
         [0, 1, 2].map(|k: usize| {
             let (from, to) = (&own[half][k], &filtered[half].light[k]);

@@ -31,6 +31,8 @@ mod pass;
 mod plane;
 mod select;
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use glam::Vec3;
 
 use albedo::{AlbedoPlanes, steady_albedo};
@@ -66,20 +68,28 @@ pub const DENOISE_REACH: u32 = 6 + 11 + 4 + 3 + 7 + 3 + 9 + 8 + 6;
 
 /// Denoises a film that has its samples in two halves, and shadows that catchers have; others stay as they are.
 pub fn denoise(film: &mut Film) {
+    denoise_until(film, &AtomicBool::new(false));
+}
+
+/// As [`denoise`]; false if `cancel` was raised, and the film is none then.
+pub fn denoise_until(film: &mut Film, cancel: &AtomicBool) -> bool {
     let pixels = std::mem::take(&mut film.layers.halves);
     let size = [film.width as usize, film.height as usize];
     if pixels.len() != film.pixels.len() || pixels.is_empty() || pixels.iter().any(|pixel| pixel.samples < 2.0) {
-        return;
+        return true;
     }
-    film.pixels = filtered(&pixels, size);
+    let Some(colors) = filtered(&pixels, size, cancel) else { return false };
+    film.pixels = colors;
     let caught = &mut film.layers.caught;
     if caught.len() == pixels.len() {
         let shadows: Vec<DenoisePixel> =
             pixels.iter().zip(&*caught).map(|(pixel, shadow)| of_shadow(pixel, shadow)).collect();
-        for (shadow, left) in caught.iter_mut().zip(filtered(&shadows, size)) {
+        let Some(all_left) = filtered(&shadows, size, cancel) else { return false };
+        for (shadow, left) in caught.iter_mut().zip(all_left) {
             shadow.left = left.map(|x| x.clamp(0.0, 1.0));
         }
     }
+    true
 }
 
 /// A pixel whose colour is the light that shadows leave.
@@ -92,10 +102,10 @@ fn of_shadow(pixel: &DenoisePixel, shadow: &CaughtShadow) -> DenoisePixel {
     DenoisePixel { variance: (a - b) * (a - b) * 0.5, ..pixel }
 }
 
-/// Colours without noise.
-fn filtered(pixels: &[DenoisePixel], size: [usize; 2]) -> Vec<[f32; 3]> {
+/// Colours without noise; `None` if `cancel` was raised.
+fn filtered(pixels: &[DenoisePixel], size: [usize; 2], cancel: &AtomicBool) -> Option<Vec<[f32; 3]>> {
     let features = feature_planes(pixels, size);
-    let albedo = steady_albedo(pixels, &features, size);
+    let albedo = steady_albedo(pixels, &features, size, cancel);
     let raw = light_planes(pixels, &albedo, size);
     let believed = variance_plane(pixels, &raw, &albedo, size);
     let variances = [0, 1].map(|half| in_light(&believed, &albedo[half]));
@@ -112,7 +122,10 @@ fn filtered(pixels: &[DenoisePixel], size: [usize; 2]) -> Vec<[f32; 3]> {
     };
     show(&level);
     for shape in PASSES {
-        level = filter(&level, &features, shape);
+        level = filter(&level, &features, shape, cancel);
+        if cancel.load(Ordering::Relaxed) {
+            return None;
+        }
         let spread = spread_of(&level, &variances);
         for half in &mut level {
             half.variance = with_unseen(&spread, &half.guide);
@@ -128,7 +141,7 @@ fn filtered(pixels: &[DenoisePixel], size: [usize; 2]) -> Vec<[f32; 3]> {
         }
         color.to_array()
     };
-    (0..pixels.len()).map(color).collect()
+    Some((0..pixels.len()).map(color).collect())
 }
 
 /// Colour over albedo.

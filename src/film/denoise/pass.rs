@@ -2,6 +2,8 @@
 
 #![allow(clippy::needless_range_loop, reason = "loops over several slices at once are those that compile to lanes")]
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use rayon::prelude::*;
 
 use super::plane::PaddedPlane;
@@ -53,12 +55,17 @@ pub struct PassShape {
 /// Sums of a band of rows, for one half: three channels of light, three of the guide, and the weights.
 struct BandSums([Vec<f32>; 7]);
 
-/// Filters both halves; variances stay those of the input.
-pub fn filter(halves: &[HalfLight; 2], features: &FeaturePlanes, shape: PassShape) -> [HalfLight; 2] {
+/// Filters both halves; variances stay those of the input. Once `cancel` is raised the result is of no use.
+pub fn filter(
+    halves: &[HalfLight; 2],
+    features: &FeaturePlanes,
+    shape: PassShape,
+    cancel: &AtomicBool,
+) -> [HalfLight; 2] {
     let [width, height] = features.disparity.size();
     let bands: Vec<[BandSums; 2]> = (0..height.div_ceil(BAND))
         .into_par_iter()
-        .map(|band| filter_band(halves, features, shape, band * BAND..((band + 1) * BAND).min(height)))
+        .map(|band| filter_band((halves, features), shape, band * BAND..((band + 1) * BAND).min(height), cancel))
         .collect();
     [0, 1].map(|half| {
         let plane = |channel: usize| {
@@ -78,10 +85,10 @@ pub fn filter(halves: &[HalfLight; 2], features: &FeaturePlanes, shape: PassShap
 }
 
 fn filter_band(
-    halves: &[HalfLight; 2],
-    features: &FeaturePlanes,
+    (halves, features): (&[HalfLight; 2], &FeaturePlanes),
     shape: PassShape,
     rows: std::ops::Range<usize>,
+    cancel: &AtomicBool,
 ) -> [BandSums; 2] {
     let [width, _] = features.disparity.size();
     // The pixel itself counts in full.
@@ -96,7 +103,7 @@ fn filter_band(
     let mut apart = vec![0.0; width];
     let mut patch = vec![0.0; width + 2];
     let mut weights = vec![0.0; width];
-    let taps = -shape.radius..=shape.radius;
+    let taps = if cancel.load(Ordering::Relaxed) { 0..=0 } else { -shape.radius..=shape.radius };
     for (dx, dy) in taps.clone().flat_map(|dy| taps.clone().map(move |dx| (dx, dy))).filter(|tap| *tap != (0, 0)) {
         let offset = [dx * shape.step, dy * shape.step];
         for (half, distances) in halves.iter().zip(&mut distances) {

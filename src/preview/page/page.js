@@ -30,8 +30,12 @@ window.animPreview = (() => {
     const before = state;
     state = news;
     state.frames ??= [];
-    document.title = `${news.input} - anim preview`;
-    by("name").textContent = news.input;
+    const name = news.input.split(/[\\/]/).pop();
+    document.title = `${name} - anim preview`;
+    by("name").textContent = name;
+    by("name").title = news.input;
+    // The picture first: it is what is waited for.
+    await draw();
     AnimPanels.problems(news.problems);
     AnimPanels.console(news);
     AnimPanels.parameters(news.parameters, define);
@@ -45,9 +49,35 @@ window.animPreview = (() => {
       if (!before.count || Number(by("to").value) === before.count || by("to").value > news.count) by("to").value = news.count;
       if (local.frame > news.count) go(news.count);
     }
-    await draw();
+    memory(news);
+    badge();
     strip();
+    fetchView();
+    if (local.early && isSettled()) select(local.early);
     if (news.revision !== before.revision || (news.current.kind === "exact" && before.current?.kind !== "exact")) refreshPart();
+  }
+
+  function memory({ reuse_bytes, picture_bytes, memory_bytes }) {
+    const mib = (bytes) => Math.round((bytes ?? 0) / (1 << 20));
+    const text = `memory: ${mib(reuse_bytes + picture_bytes)} of ${mib(memory_bytes)} MiB (${mib(picture_bytes)} of pictures)`;
+    if (by("memory").textContent !== text) by("memory").textContent = text;
+  }
+
+  // What another view than colours needs, once the picture is exact.
+  async function fetchView() {
+    const { layer } = shown;
+    if (layer === "color" || !isSettled() || local.viewed === `${key()} ${layer}`) return;
+    local.viewed = `${key()} ${layer}`;
+    const isNoise = layer === "samples" || layer === "noise";
+    try {
+      if (isNoise) say("counting samples ...");
+      await (isNoise ? AnimPicture.fetchNoise(key()) : AnimPicture.fetchLayers(key()));
+      if (isNoise) say("\u00a0");
+    } catch (error) {
+      local.viewed = null;
+      say(error.message);
+    }
+    AnimPicture.repaint();
   }
 
   // Shows the best picture that there is of the frame.
@@ -59,7 +89,7 @@ window.animPreview = (() => {
     const kind = isCurrent ? current.kind : "exact";
     if (id && (!isCurrent || current.picture !== shown.id || current.kind !== shown.kind)) {
       if (await AnimPicture.show(id, local.frame, kind)) {
-        if (kind === "exact") shown.full = [shown.width, shown.height];
+        if (kind === "exact" || kind === "mixed") shown.full = [shown.width, shown.height];
         local.painted = performance.now();
         live.seen();
         defining.seen();
@@ -70,7 +100,7 @@ window.animPreview = (() => {
 
   function badge() {
     const { current } = state;
-    const words = { sketch: "quick picture", refining: "refining", stale: "before the edit" };
+    const words = { sketch: "quick picture", mixed: "mixed from each light's part", refining: "refining", stale: "before the edit" };
     const isCurrent = current?.frame === local.frame;
     by("badge").textContent = isCurrent ? words[current.kind] ?? "" : "";
     const seconds = isCurrent && current.kind === "exact" && current.seconds ? `, ${current.seconds.toFixed(2)} s` : "";
@@ -233,7 +263,7 @@ window.animPreview = (() => {
     local.place = place;
     shown.cursor = place;
     by("focus-here").disabled = true;
-    if (!isSettled()) { say("\u00a0"); return; }
+    if (!isSettled()) { say(state.problems?.length ? "\u00a0" : "what is here shows when the picture is exact"); return; }
     try {
       await AnimPicture.fetchLayers(key());
       await AnimPicture.fetchLinear(shown.id);
@@ -253,7 +283,9 @@ window.animPreview = (() => {
     const what = found.entity
       ? `${local.names?.[found.entity] ?? `entity ${found.entity}`}   depth ${digits([found.depth])}   at ${digits(found.position)}   normal ${digits(found.normal)}`
       : "nothing";
-    say(`${pixel}   ${light ? `light ${digits(light)}   ` : ""}${what}`);
+    const sampled = AnimPicture.sampledAt(local.place);
+    const taken = sampled ? `${sampled[0]} samples, error ${digits([sampled[1]])}   ` : "";
+    say(`${pixel}   ${light ? `light ${digits(light)}   ` : ""}${taken}${what}`);
     by("focus-here").disabled = !found.entity;
     if (found.entity && !(local.names ??= {})[found.entity]) name(found.entity);
   }
@@ -268,6 +300,9 @@ window.animPreview = (() => {
 
   async function select(place) {
     await point(place);
+    // Who clicks too early gets what is there as soon as that is known.
+    local.early = isSettled() ? null : place;
+    if (local.early) return;
     const found = AnimPicture.at(place);
     if (found?.entity) await choose("entity", found.entity - 1);
     else { local.part = null; shown.selected = 0; AnimPanels.selection(null); AnimPicture.outline(); }
@@ -416,6 +451,12 @@ window.animPreview = (() => {
   async function focusHere() {
     const found = local.place && AnimPicture.at(local.place);
     if (!found?.entity) return;
+    const { groups: [group] } = await part("camera");
+    const field = group.fields.find((one) => one.name === "focus_distance");
+    if (field?.by_script) {
+      say(`the script sets the focus${field.line ? ` (${field.file}:${field.line})` : ""}; here it would be ${Number(found.depth.toFixed(4))}`);
+      return;
+    }
     await written([{ path: "camera.focus_distance", value: String(Number(found.depth.toFixed(4))) }]).catch((error) => say(error.message));
   }
 
@@ -501,10 +542,11 @@ window.animPreview = (() => {
     event.stopPropagation();
   });
 
-  by("layer").addEventListener("change", async () => {
+  by("layer").addEventListener("change", () => {
     shown.layer = by("layer").value;
-    if (shown.layer !== "color") await AnimPicture.fetchLayers(key()).catch((error) => say(error.message));
+    local.viewed = null;
     AnimPicture.repaint();
+    fetchView();
   });
   by("exposure").addEventListener("input", () => {
     shown.exposure = by("exposure").valueAsNumber;

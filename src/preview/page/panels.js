@@ -37,6 +37,9 @@ const AnimPanels = (() => {
   }
 
   function console_(state) {
+    const key = JSON.stringify([state.problems, state.warnings, state.printed]);
+    if (by("console").dataset.key === key) return;
+    by("console").dataset.key = key;
     const lines = [];
     for (const one of (state.problems ?? []).filter((one) => one.severity === "warning").concat(state.warnings ?? [])) {
       const where = one.file ? `${one.file}${one.line ? `:${one.line}` : ""}` : null;
@@ -113,6 +116,7 @@ const AnimPanels = (() => {
       }
       case "color": case "vector": case "numbers": {
         const now = [...value];
+        box.classList.add("several");
         const names = kind === "color" ? ["red", "green", "blue"] : ["x", "y", "z", "w"];
         const inputs = now.map((x, i) => number(x, { label: `${options.label}, ${names[i]}` }, (x, done) => {
           now[i] = x;
@@ -149,10 +153,12 @@ const AnimPanels = (() => {
     return box;
   }
 
+  // A place by the file's own name; the whole path when it is pointed at.
+  const own = (file) => file.split(/[\\/]/).pop();
   function row(name, doc, box, place) {
     const label = element("span", { className: "label", title: doc ?? "" }, name);
     if (box.drag) drags(label, box.drag);
-    return element("div", { className: "field" }, label, box, place ? element("span", { className: "place" }, place) : null);
+    return element("div", { className: "field" }, label, box, place ? element("span", { className: "place", title: place.path ?? "" }, place.text ?? place) : null);
   }
 
   function parameters(list, define) {
@@ -187,6 +193,9 @@ const AnimPanels = (() => {
   }
   const decimal = (x) => Number.isInteger(x) && Math.abs(x) < 1e15 ? x.toFixed(1) : String(x);
 
+  // A number as people read it: the script's own may be fifteen digits long.
+  const digits = (one) => typeof one.value === "number" ? String(Number(one.value.toPrecision(7))) : one.text;
+
   // The fields of a part of the scene; `tried(trial)` while a value changes, `written(path, value)` when it has.
   function selection(part, tried, written) {
     const box = by("selection");
@@ -197,10 +206,10 @@ const AnimPanels = (() => {
     const field = (group, one) => {
       const subject = group.subject ?? { kind: part.kind, index: part.index };
       const kind = one.kind === "none" ? "text" : one.kind;
-      const place = one.line ? `${one.file}:${one.line}` : null;
+      const place = one.line ? { text: `${own(one.file)}:${one.line}`, path: one.file } : null;
       if (!one.writable) {
-        const why = one.by_script ? `set by the script${place ? `, ${place}` : ""}` : place;
-        return row(one.name, one.doc, element("span", { className: "value" }, one.text), why);
+        const why = one.by_script ? { text: `set by the script${place ? `, ${place.text}` : ""}`, path: one.file } : place;
+        return row(one.name, one.doc, element("span", { className: "value" }, digits(one)), why);
       }
       let made = null;
       const box = control(kind, one.kind === "none" ? null : one.value, { label: `${group.title} ${one.name}` }, (value, done) => {
@@ -223,7 +232,9 @@ const AnimPanels = (() => {
       const more = others.length ? element("details", {}, element("summary", {}, near.length ? `${others.length} more field${others.length > 1 ? "s" : ""}` : `all at their defaults`), ...others.map((one) => field(group, one))) : null;
       return element("div", { className: "group" }, element("h3", { title: group.doc }, group.title), ...near.map((one) => field(group, one)), more);
     });
-    box.replaceChildren(element("p", {}, element("strong", {}, part.label)), ...groups);
+    // A part of one group is called as that is.
+    const label = part.groups.length === 1 && part.groups[0].title === part.label ? null : element("p", {}, element("strong", {}, part.label));
+    box.replaceChildren(...[label].filter(Boolean), ...groups);
   }
 
   return { problems, console: console_, parameters, selection, element };

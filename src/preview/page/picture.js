@@ -97,6 +97,7 @@ const AnimPicture = (() => {
 
   function paint(picture) {
     const canvas = by("picture");
+    scale(null);
     const view = shown.layer === "color" ? exposed(picture) : layerView();
     const image = view ?? picture.image;
     if (canvas.width !== image.width || canvas.height !== image.height) {
@@ -104,7 +105,7 @@ const AnimPicture = (() => {
       canvas.height = image.height;
     }
     canvas.getContext("2d").putImageData(image, 0, 0);
-    canvas.style.imageRendering = shown.kind === "exact" || shown.layer !== "color" ? "auto" : "pixelated";
+    canvas.style.imageRendering = shown.kind === "exact" || shown.kind === "mixed" || shown.layer !== "color" ? "auto" : "pixelated";
     place();
   }
 
@@ -181,7 +182,61 @@ const AnimPicture = (() => {
     return promise;
   }
 
+  // How the picture was sampled is asked for when somebody wants to see it: it is traced for that.
+  let noise = null;
+  async function fetchNoise(key) {
+    if (noise?.key === key) return noise;
+    if (noise?.asked === key) return noise.promise;
+    const promise = (async () => {
+      const buffer = await (await AnimServer.get("/noise")).arrayBuffer();
+      const [width, height] = new Uint32Array(buffer, 0, 2);
+      const n = width * height;
+      const made = { key, width, height, samples: new Uint32Array(buffer, 8, n), noise: new Float32Array(buffer, 8 + 4 * n, n) };
+      if (noise?.asked === key) noise = made;
+      return made;
+    })();
+    noise = { asked: key, promise };
+    promise.catch(() => { if (noise?.asked === key) noise = null; });
+    return promise;
+  }
+
+  // From dark blue over green to yellow, brighter all the way: also who does not see hues can tell.
+  const HEAT = [[0.02, 0.02, 0.2], [0.1, 0.2, 0.5], [0.1, 0.45, 0.5], [0.35, 0.7, 0.35], [0.95, 0.9, 0.3]];
+  function heat(t) {
+    const at = Math.min(Math.max(t, 0), 1) * (HEAT.length - 1);
+    const i = Math.min(Math.floor(at), HEAT.length - 2);
+    return [0, 1, 2].map((c) => 255 * (HEAT[i][c] + (at - i) * (HEAT[i + 1][c] - HEAT[i][c])));
+  }
+
+  // Noise from a thousandth to half of the screen's white; samples from the fewest to the most.
+  const NOISE = [0.001, 0.5];
+  function noiseView() {
+    if (!noise?.samples) return null;
+    const { width, height } = noise;
+    const image = new ImageData(width, height);
+    let [few, many] = [Infinity, 0];
+    for (const count of noise.samples) {
+      few = Math.min(few, count);
+      many = Math.max(many, count);
+    }
+    const of = shown.layer === "samples" ? (i) => many > few ? (noise.samples[i] - few) / (many - few) : 0.5
+      : (i) => Math.log(noise.noise[i] / NOISE[0]) / Math.log(NOISE[1] / NOISE[0]);
+    for (let i = 0; i < width * height; i++) image.data.set([...heat(of(i)), 255], 4 * i);
+    scale(shown.layer === "samples" ? [`${few} samples`, many] : [`error ${NOISE[0]}`, NOISE[1]]);
+    return image;
+  }
+
+  function scale(ends) {
+    if (!ends) { by("scale").replaceChildren(); return; }
+    const canvas = Object.assign(document.createElement("canvas"), { width: 64, height: 1 });
+    const image = new ImageData(64, 1);
+    for (let i = 0; i < 64; i++) image.data.set([...heat(i / 63), 255], 4 * i);
+    canvas.getContext("2d").putImageData(image, 0, 0);
+    by("scale").replaceChildren(String(ends[0]), canvas, String(ends[1]));
+  }
+
   function layerView() {
+    if (shown.layer === "samples" || shown.layer === "noise") return noiseView();
     if (!layers?.entity) return null;
     const { width, height } = layers;
     const image = new ImageData(width, height);
@@ -261,5 +316,13 @@ const AnimPicture = (() => {
     return [...data.slice(3 * i, 3 * i + 3)];
   }
 
-  return { shown, show, load, repaint, place, outline, at, lightAt, fetchLayers, fetchLinear, has: (id) => cache.has(id), layers: () => layers };
+  // How a place was sampled, if that is known.
+  function sampledAt([u, v]) {
+    if (!noise?.samples || (shown.layer !== "samples" && shown.layer !== "noise")) return null;
+    const { width, height } = noise;
+    const i = Math.min(Math.floor(v * height), height - 1) * width + Math.min(Math.floor(u * width), width - 1);
+    return [noise.samples[i], noise.noise[i]];
+  }
+
+  return { shown, show, load, repaint, place, outline, at, lightAt, sampledAt, fetchLayers, fetchLinear, fetchNoise, has: (id) => cache.has(id), layers: () => layers };
 })();
