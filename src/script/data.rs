@@ -76,6 +76,7 @@ fn load_csv(name: &str, options: &Map) -> Fallible<DataTable> {
         Some((value, None)) => return options.wrong("types", "a map of columns and types", value),
     };
     let table = CsvText { file: &file, text: &text, separator }.read(has_header, &types)?;
+    ScriptContext::current("load_csv")?.note_columns(&table.names);
     Ok(DataTable(Arc::new(table)))
 }
 
