@@ -55,7 +55,7 @@ pub const REUSE_BOUNDS: usize = 512;
 /// every frame takes memory.
 pub const REUSE_CHANGED_ENTITIES: usize = 8_192;
 /// Pairs of a mesh and another body whose bounds are compared for contacts: a few milliseconds. Beyond it, all faces of
-/// meshes count as near something.
+/// meshes count as near something, or none if they are more than [`CONTACT_FACES`].
 pub const CONTACT_PAIRS: usize = 4_000_000;
 /// Flat faces near other bodies among which contacts are looked for: beyond it the search would show in the time of a
 /// frame, and scenes of so many are scanned or scattered, not built of blocks that touch.

@@ -286,6 +286,7 @@ pub fn render_samples(
         settings: &resolved,
         holes: any_has_holes(&materials),
         glass: materials.iter().any(|material| material.is_clear()),
+        absorbs: materials.iter().any(|material| material.absorbs()),
         // Photons know of one scene alone.
         catchers: settings.integrator != Integrator::Photon && materials.iter().any(|material| material.shadow_catcher),
         lanes: Width::detect(),

@@ -172,10 +172,14 @@ impl Contacts {
     /// Adds those faces of meshes that come near other bodies. A mesh that has too many of them has none.
     fn gather_meshes(&mut self) {
         let mut meshes = std::mem::take(&mut self.meshes);
+        let count = |mesh: &TouchingMesh| mesh.pieces.iter().map(|piece| piece.data.triangles.len()).sum::<usize>();
         // Those of few faces first: what of them is near something is all that the larger ones are compared with.
-        meshes.sort_by_key(|mesh| mesh.pieces.iter().map(|piece| piece.data.triangles.len()).sum::<usize>());
+        meshes.sort_by_cached_key(count);
         // Where there are too many to compare, every face may be near something.
         let few = meshes.len() * self.bodies.len() <= limits::CONTACT_PAIRS;
+        if !few && meshes.iter().map(count).sum::<usize>() > self.most_faces {
+            return;
+        }
         for mesh in meshes {
             let (near, slack) = if few { self.neighbours(mesh.body) } else { (None, 0.0) };
             let mut zone = Zone::Nowhere;

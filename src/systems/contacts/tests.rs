@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use super::{contact_nudges, contacts_left_out, nudges_within};
+use super::{ContactNudges, contact_nudges, contacts_left_out, nudges_within};
 use crate::base::limits;
 use crate::components::*;
 use crate::systems::{spawn, update_hierarchy};
@@ -68,4 +68,15 @@ fn contacts_beyond_the_caps_are_known() {
     // Six faces of the block, and the plane.
     assert_eq!((differing(0.0, 7), differing(0.0, 6)), (vec![], vec![0]));
     assert_eq!(differing(0.1, 6), [] as [usize; 0], "above the plane");
+}
+
+#[test]
+fn of_more_meshes_than_can_be_compared_none_is_moved() {
+    let tile = floor(6);
+    let count = limits::CONTACT_PAIRS.isqrt() + 1;
+    assert!(count * tile.data.triangles.len() > limits::CONTACT_FACES);
+    let scene = Scene { entities: vec![EntityDesc::new([tile.into()]); count], ..Scene::default() };
+    let mut stage = spawn(scene).unwrap();
+    update_hierarchy(&mut stage).unwrap();
+    assert_eq!(contact_nudges(&stage), ContactNudges::default());
 }

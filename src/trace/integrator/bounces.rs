@@ -14,9 +14,10 @@ use crate::trace::sampler::{RayNode, SampleSet, Sampler, power_heuristic};
 use crate::trace::simd::LANES;
 use crate::trace::soa::Hit;
 use crate::trace::wavefront::{
-    BlinnPhongKernel, ClassifyKernel, Crossing, EmissionFilter, LambertKernel, PathState, RenderContext, ShadingInput,
-    ShadowRayQueue, SurfaceInteraction, WavefrontBuffers, Worker, accumulator_slot, first_hit_feature, is_blinn_phong,
-    pass_surfaces, scattered_albedo, slot_sample, split_at_catchers, trace_shadow_rays,
+    BlinnPhongKernel, ClassifyKernel, Crossing, EmissionFilter, LambertKernel, MixedKernel, PathState, PolishedKernel,
+    RenderContext, ShadingInput, ShadingPlaces, ShadowRayQueue, SurfaceInteraction, WavefrontBuffers, Worker,
+    accumulator_slot, first_hit_feature, is_blinn_phong, pass_surfaces, scattered_albedo, slot_sample,
+    split_at_catchers, trace_shadow_rays,
 };
 
 /// Bins of shadow rays for lights that are chosen among: those to one light run alike.
@@ -84,17 +85,15 @@ fn find(
 fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffers, depth: u32, worker: &mut Worker) {
     let Estimator { context, photons } = estimator;
     let path = context.settings.follows_paths();
-    // What the film is to know of a hit is found for each alone, and so is light of shining primitives in pictures that
-    // look for it beside that of lamps.
-    let alone = (context.settings.features && depth == 1) || photons.is_some();
-    let side_by_side = !alone && (path || context.lights.emitters().is_empty());
+    // Light of shining primitives in pictures that look for it beside that of lamps is found for each hit alone.
+    let side_by_side = photons.is_none() && (path || context.lights.emitters().is_empty());
     let WavefrontBuffers { wave, hits, special, crossed, .. } = &mut *buffers;
     let lamps = path && context.lights.met(depth == 1).next().is_some();
     context.lanes.run(ClassifyKernel { context, wave, hits, lamps, camera: depth == 1, special, crossed });
     let mut places = std::mem::take(&mut buffers.places);
     places.clear();
     // Neighbours are mostly on one primitive, or at least of one material.
-    let (mut primitive, mut tag, mut usual) = (u32::MAX, Tag::default(), false);
+    let (mut primitive, mut tag, mut shading) = (u32::MAX, Tag::default(), Shading::Alone);
     let mut known = u32::MAX;
     for i in 0..buffers.wave.rays().len() {
         let is = |flags: &[u8]| flags[i / LANES] >> (i % LANES) & 1 == 1;
@@ -106,7 +105,7 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
                 Arrival::Scattered => {
                     if context.settings.features && depth == 1 {
                         // The film's layers look through fog.
-                        shade_alone(estimator, samples, (i, true), buffers, depth, &mut worker.traversal);
+                        shade_alone(estimator, samples, (i, Look::First), buffers, depth, &mut worker.traversal);
                     }
                     continue;
                 }
@@ -118,26 +117,90 @@ fn shade(estimator: Estimator, samples: SampleSet, buffers: &mut WavefrontBuffer
             if tag.material != known {
                 known = tag.material;
                 let material = &context.materials[known as usize];
-                usual = side_by_side && if path { material.is_lambertian() } else { is_blinn_phong(context, material) };
+                shading = if side_by_side { Shading::of(context, material) } else { Shading::Alone };
             }
         }
+        let to = match shading {
+            _ if context.textures.is_textured(tag.entity) => None,
+            Shading::Usual => Some(&mut places.usual),
+            Shading::Polished => Some(&mut places.polished),
+            Shading::Mixed => Some(&mut places.mixed),
+            Shading::Alone => None,
+        };
+        let Some(to) = to else {
+            shade_alone(estimator, samples, (i, Look::Whole), buffers, depth, &mut worker.traversal);
+            continue;
+        };
+        to.push([i as u32, tag.material]);
         // What is seen in mirrors and through glass is noted too.
-        let noted = context.settings.features && buffers.wave.states().get(i).scatterings == 0.0;
-        if usual && !noted && !context.textures.is_textured(tag.entity) {
-            places.push([i as u32, tag.material]);
-        } else {
-            shade_alone(estimator, samples, (i, false), buffers, depth, &mut worker.traversal);
+        if context.settings.features && buffers.wave.states().get(i).scatterings == 0.0 {
+            shade_alone(estimator, samples, (i, Look::Noted), buffers, depth, &mut worker.traversal);
         }
     }
-    let WavefrontBuffers { wave, next, hits, shadows, .. } = &mut *buffers;
-    let counters = &mut worker.traversal.counters;
-    let met = ShadingInput { context, wave, hits, places: &places, samples };
-    if path {
-        context.lanes.run(LambertKernel { met, depth, shadows, next, counters });
-    } else {
-        context.lanes.run(BlinnPhongKernel { met, last: depth == context.settings.max_depth, shadows, next, counters });
-    }
+    shade_together((context, samples), &places, buffers, depth, &mut worker.traversal.counters);
     buffers.places = places;
+}
+
+/// Shades what is shaded side by side.
+fn shade_together(
+    (context, samples): (RenderContext, SampleSet),
+    places: &ShadingPlaces,
+    buffers: &mut WavefrontBuffers,
+    depth: u32,
+    counters: &mut Counters,
+) {
+    let WavefrontBuffers { wave, next, hits, shadows, .. } = buffers;
+    let met = ShadingInput { context, wave, hits, places: &places.usual, samples };
+    let last = depth == context.settings.max_depth;
+    if !context.settings.follows_paths() {
+        context.lanes.run(BlinnPhongKernel { met, last, shadows, next, counters });
+        return;
+    }
+    context.lanes.run(LambertKernel { met, depth, shadows, next, counters });
+    if !places.polished.is_empty() && !last {
+        let met = ShadingInput { places: &places.polished, ..met };
+        context.lanes.run(PolishedKernel { met, depth, next, counters });
+    }
+    if !places.mixed.is_empty() {
+        let met = ShadingInput { places: &places.mixed, ..met };
+        context.lanes.run(MixedKernel { met, depth, shadows, next, counters });
+    }
+}
+
+/// How surfaces of a material are shaded.
+#[derive(Clone, Copy)]
+enum Shading {
+    /// Side by side: those of Lambert's law on paths, those of Blinn-Phong's elsewhere.
+    Usual,
+    /// Side by side, on paths: mirrors and clear glass.
+    Polished,
+    /// Side by side, on paths: all that sends out no light.
+    Mixed,
+    /// One by one.
+    Alone,
+}
+
+impl Shading {
+    fn of(context: RenderContext, material: &ShadingParams) -> Shading {
+        let path = context.settings.follows_paths();
+        match if path { material.is_lambertian() } else { is_blinn_phong(context, material) } {
+            true => Shading::Usual,
+            false if !path || material.emission != Vec3::ZERO || material.model == Model::Unlit => Shading::Alone,
+            false if material.is_polished() => Shading::Polished,
+            false => Shading::Mixed,
+        }
+    }
+}
+
+/// What is done about a hit that is looked at alone.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Look {
+    /// What the film's layers know of the first hit of a sample is noted.
+    First,
+    /// So is all else that the film is to know of a hit.
+    Noted,
+    /// It is shaded as well.
+    Whole,
 }
 
 /// What becomes of a ray.
@@ -166,8 +229,10 @@ fn arrive(
         path::cross_lamps(context, &ray, met, &state, depth == 1, &mut buffers.colors);
     }
     if let Some(medium) = state.medium.material(context.materials) {
-        state.throughput *= context.materials[medium as usize].transmittance(met);
-        buffers.wave.set_state(i, &state);
+        if context.materials[medium as usize].absorbs() {
+            state.throughput *= context.materials[medium as usize].transmittance(met);
+            buffers.wave.set_state(i, &state);
+        }
     } else if let Some(way) = context.fog.and_then(|fog| FogWay::new(fog, &ray, met)) {
         if hit.is_none() && state.node == RayNode::CAMERA && context.settings.transparent {
             buffers.veils[slot_sample(state.sample) as usize] = 1.0 - way.transmittance();
@@ -228,11 +293,11 @@ fn pass_fog(
     false
 }
 
-/// Shades what one ray met, of whatever material; or only notes what it is for the film's layers.
+/// Shades what one ray met, of whatever material, or only notes what it is for the film's layers.
 fn shade_alone(
     estimator: Estimator,
     samples: SampleSet,
-    (i, only_noted): (usize, bool),
+    (i, look): (usize, Look),
     buffers: &mut WavefrontBuffers,
     depth: u32,
     traversal: &mut TraversalScratch,
@@ -250,7 +315,7 @@ fn shade_alone(
         material = textured;
     }
     let is_lit = state.scope.receiver.is_none_or(|entity| context.lights.is_lit_by(surface.entity, entity));
-    if material.emission != Vec3::ZERO && is_lit && !only_noted {
+    if material.emission != Vec3::ZERO && is_lit && look == Look::Whole {
         let asked = match context.settings.integrator {
             _ if state.pdf == 0.0 && state.scope.filter != EmissionFilter::NonPhoton => 0.0,
             Integrator::Path | Integrator::Photon => context.lights.pdf(ray, hit, &surface),
@@ -265,7 +330,7 @@ fn shade_alone(
         }
     }
     if material.model == Model::Unlit
-        && !only_noted
+        && look == Look::Whole
         && state.pdf == 0.0
         && state.scope.filter != EmissionFilter::NonPhoton
     {
@@ -287,7 +352,7 @@ fn shade_alone(
     if context.settings.features && depth == 1 {
         features[slot_sample(state.sample) as usize] = Some(first_hit_feature(context, &met));
     }
-    if only_noted {
+    if look == Look::First {
         return;
     }
     if context.settings.features && state.scatterings == 0.0 {
@@ -295,6 +360,9 @@ fn shade_alone(
         if albedo != Vec3::ZERO {
             seen[slot_sample(state.sample) as usize].add(state.throughput, albedo, met.surface.shading_normal);
         }
+    }
+    if look == Look::Noted {
+        return;
     }
     if let Some(photons) = photons {
         let color = &mut colors[state.sample as usize];

@@ -21,13 +21,12 @@
 //!
 //! # Side by side
 //!
-//! Camera rays, and hits on surfaces of the usual kinds (Lambert's on paths, Blinn-Phong's else), go through lanes of
-//! eight in [`super::wavefront`]: points, light, directions and Sobol points by the same generic code that a single hit
-//! runs, so that the bits agree. Rays, their path states and their hits lie in columns all the way: eight neighbours
-//! are loaded at once, and the lanes that go on are compressed and stored at once. Rays that left the scene, crossed a
-//! lamp or ran through an absorbing medium are found by a kernel of their own, and what is special about surfaces
-//! (textures, glass, gloss, microfacets, emission) is shaded alone. A sample's colour does not depend on which others
-//! stand beside it.
+//! Camera rays, and hits on paths (in other pictures those on Blinn-Phong surfaces), go through lanes of eight in
+//! [`super::wavefront`]: points, light, directions and Sobol points by the same generic code that a single hit runs, so
+//! that the bits agree. Rays, their path states and their hits lie in columns all the way: eight neighbours are loaded
+//! at once, and the lanes that go on are compressed and stored at once. Rays that left the scene, crossed a lamp or ran
+//! through an absorbing medium are found by a kernel of their own, laws of microfacets are asked lane by lane, and what
+//! is textured or sends out light is shaded alone. A sample's colour does not depend on which others stand beside it.
 //!
 //! With one ray after the other, three fifths of a frame were spent outside traversal, most of it on Sobol points and
 //! on copies of hits and surfaces. Lanes took 0.75 (diffuse meshes), 0.6 (Cornell box) and 0.5 (thin lens) of that

@@ -102,8 +102,8 @@ impl BsdfLanes<f32> for HitBsdf<'_> {
     #[inline(always)]
     fn sample(&self) -> DirectionSample<f32> {
         let (sampler, node) = (&self.met.sampler, self.met.state.node);
-        let lobe = if let Bsdf::Lambert(_) = self.bsdf { 0.0 } else { sampler.extra(node, Domain::Lobe) };
-        match self.bsdf.sample(self.wo, sampler.stratified(node, Domain::Bounce), lobe) {
+        let (point, lobe) = (|| sampler.stratified(node, Domain::Bounce), || sampler.extra(node, Domain::Lobe));
+        match self.bsdf.draw(self.wo, point, lobe) {
             Some(sampled) => direction_sample(&self.frame, &sampled),
             None => DirectionSample::default(),
         }

@@ -10,8 +10,8 @@ use crate::trace::camera::CameraRays;
 use crate::trace::counters::Counters;
 use crate::trace::light::{Lamp, LampCone, LightLinking, Lights};
 use crate::trace::material::ShadingParams;
-use crate::trace::material::texture::TextureBindings;
-use crate::trace::primitive::{Geometry, LocalShape, Sides, SpherePrim, Tag};
+use crate::trace::material::texture::{TextureBindings, TextureSet};
+use crate::trace::primitive::{AffineMap, Geometry, LocalShape, ObjectSpace, Sides, SpherePrim, Tag};
 use crate::trace::sampler::Sampler;
 use crate::trace::simd::Width;
 use crate::trace::wavefront::{RayAccelerators, RenderContext, Settings, Worker, any_has_holes};
@@ -41,6 +41,7 @@ fn shares_are_a_fair_partition_of_the_samples() {
 /// Something of every kind under lamps of every kind.
 fn scene() -> (Geometry, Vec<ShadingParams>, Vec<Lamp>) {
     let diffuse = Material { color: DVec3::new(0.8, 0.4, 0.2), ..Material::default() };
+    let bare = Material { diffuse: 0.0, specular: 0.0, ..diffuse.clone() };
     let materials = [
         diffuse.clone(),
         Material { specular: 0.5, reflection: Some(0.0), ..diffuse.clone() },
@@ -51,12 +52,35 @@ fn scene() -> (Geometry, Vec<ShadingParams>, Vec<Lamp>) {
         Material { model: Model::Principled, metallic: 0.5, roughness: 0.4, ..diffuse.clone() },
         Material { model: Model::Principled, transmission: 0.7, roughness: 0.2, ..diffuse.clone() },
         Material { opacity: 0.4, ..diffuse },
+        Material { reflection: Some(0.8), specular_color: DVec3::new(1.0, 0.9, 0.5), ..bare.clone() },
+        Material { transmission: 0.9, ior: Some(1.5), ..bare.clone() },
+        Material { model: Model::Dielectric, ior: Some(1.5), absorption: DVec3::new(0.1, 0.5, 0.9), ..bare.clone() },
+        Material { model: Model::Conductor, roughness: 0.0, ..bare.clone() },
+        Material {
+            model: Model::Conductor,
+            roughness: 0.0,
+            eta: Some(DVec3::new(0.2, 0.4, 1.4)),
+            k: Some(DVec3::new(3.9, 2.4, 1.6)),
+            ..bare.clone()
+        },
+        Material { model: Model::Dielectric, ior: Some(1.33), ..bare.clone() },
+        Material { model: Model::Dielectric, ior: Some(1.5), roughness: 0.4, ..bare.clone() },
+        Material { model: Model::Conductor, roughness: 0.3, ..bare.clone() },
+        Material { model: Model::Plastic, ior: Some(1.5), roughness: 0.2, diffuse: 1.0, ..bare },
     ];
     let tag = |material: u32| Tag { entity: material, material, sides: Sides::Both, closed: true };
     let mut geometry = Geometry::default();
     for i in 0..9u32 {
         geometry.push_sphere(tag(i), Vec3::new(i as f32 * 0.7 - 1.8, 0.3, (i % 3) as f32 * 0.5), 0.33);
     }
+    for i in 9..14u32 {
+        geometry.push_sphere(tag(i), Vec3::new((i - 9) as f32 * 0.7 - 1.4, 1.1, 0.4), 0.33);
+    }
+    for i in 15..18u32 {
+        geometry.push_sphere(tag(i), Vec3::new((i - 15) as f32 * 0.9 - 1.0, 1.7, 0.2), 0.3);
+    }
+    // A drop in the marble.
+    geometry.push_sphere(tag(14), Vec3::new(0.05, 1.05, 0.5), 0.15);
     let corners = [Vec3::new(-2.0, 0.0, -1.5), Vec3::new(2.0, 0.0, -1.5), Vec3::new(0.0, 2.0, -1.7)];
     geometry.push_triangle(tag(3), corners, Some([Vec3::Z, Vec3::new(0.3, 0.0, 1.0), Vec3::new(-0.2, 0.1, 1.0)]));
     geometry.push_box(tag(0), Vec3::new(1.0, 0.0, 0.8), Vec3::new(1.4, 0.5, 1.2));
@@ -96,9 +120,27 @@ fn scene() -> (Geometry, Vec<ShadingParams>, Vec<Lamp>) {
     (geometry, materials.iter().map(ShadingParams::from).collect(), lamps)
 }
 
+/// How hits of a picture are shaded.
+#[derive(Clone, Copy, PartialEq)]
+enum Shaded {
+    /// Eight at a time.
+    Together,
+    /// The same, and noted for the film's layers.
+    Noted,
+    /// Each for itself, as what has textures.
+    Alone,
+}
+
 /// The linear colours of a small picture, and how many rays it took.
-fn picture(render: &Render, lanes: Width, features: bool) -> (Vec<[f32; 3]>, Counters) {
+fn picture(render: &Render, lanes: Width, shaded: Shaded) -> (Vec<[f32; 3]>, Counters) {
     let (geometry, materials, lamps) = scene();
+    let mut textures = TextureBindings::default();
+    if shaded == Shaded::Alone {
+        let none = textures.add(TextureSet::default());
+        let frame = ObjectSpace { map: AffineMap::new(&DAffine3::IDENTITY), center: None };
+        (0..materials.len() as u32).for_each(|i| textures.put(i, i, &frame, false, none));
+    }
+    let features = shaded == Shaded::Noted;
     let accelerator = Accelerator::build(&geometry, Accel::Bvh, 1.0);
     let camera = Camera {
         from: DVec3::new(0.0, 1.5, 6.0),
@@ -113,7 +155,7 @@ fn picture(render: &Render, lanes: Width, features: bool) -> (Vec<[f32; 3]>, Cou
         geometry: &geometry,
         accelerators: RayAccelerators { camera: &accelerator, scattered: &accelerator, shadow: &[&accelerator] },
         materials: &materials,
-        textures: &TextureBindings::default(),
+        textures: &textures,
         camera: &CameraRays::new(&camera, [20, 15], 6.0),
         origin: Vec3::ZERO,
         motion: None,
@@ -122,6 +164,7 @@ fn picture(render: &Render, lanes: Width, features: bool) -> (Vec<[f32; 3]>, Cou
         settings: &settings,
         holes: any_has_holes(&materials),
         glass: materials.iter().any(|material| material.is_clear()),
+        absorbs: materials.iter().any(|material| material.absorbs()),
         catchers: materials.iter().any(|material| material.shadow_catcher),
         lanes,
         filter: &FilterTable::new(Filter::Tent, 2.0),
@@ -143,19 +186,21 @@ fn settings(integrator: Integrator, samples: u32, shadows: Shadows) -> Render {
 
 #[test]
 fn side_by_side_is_as_one_by_one() {
-    // What the film is to know of a hit is found for each alone, and so its light.
     for samples in [1, 5, 16] {
         let render = settings(Integrator::Path, samples, Shadows::Auto);
-        let (together, counted) = picture(&render, Width::detect(), false);
-        let (alone, as_well) = picture(&render, Width::detect(), true);
-        assert_eq!(counted.shadow_rays, as_well.shadow_rays, "{samples}");
+        let (together, counted) = picture(&render, Width::detect(), Shaded::Together);
+        let (alone, as_well) = picture(&render, Width::detect(), Shaded::Alone);
+        for rays in [|c: &Counters| c.shadow_rays, |c: &Counters| c.reflection_rays, |c: &Counters| c.refraction_rays] {
+            assert_eq!(rays(&counted), rays(&as_well), "{samples}");
+        }
+        assert!(counted.refraction_rays > 0 && counted.reflection_rays > 0);
         assert_eq!(together, alone, "{samples}");
     }
     for shadows in [Shadows::Fixed, Shadows::Random, Shadows::Jittered, Shadows::Hard] {
         for integrator in [Integrator::Whitted, Integrator::Distribution] {
             let render = settings(integrator, 4, shadows);
-            let (together, counted) = picture(&render, Width::detect(), false);
-            let (alone, as_well) = picture(&render, Width::detect(), true);
+            let (together, counted) = picture(&render, Width::detect(), Shaded::Together);
+            let (alone, as_well) = picture(&render, Width::detect(), Shaded::Alone);
             assert_eq!(counted.shadow_rays, as_well.shadow_rays, "{integrator:?} {shadows:?}");
             assert_eq!(counted.reflection_rays, as_well.reflection_rays, "{integrator:?} {shadows:?}");
             // Sums are taken in another order.
@@ -170,10 +215,20 @@ fn side_by_side_is_as_one_by_one() {
 fn pictures_are_the_same_in_all_widths() {
     for integrator in [Integrator::Path, Integrator::Distribution, Integrator::Whitted] {
         let render = settings(integrator, 4, Shadows::Jittered);
-        let (expected, _) = picture(&render, Width::detect(), false);
+        let (expected, _) = picture(&render, Width::detect(), Shaded::Together);
         assert!(expected.iter().flatten().sum::<f32>() > 10.0);
         for width in Width::all() {
-            assert_eq!(picture(&render, width, false).0, expected, "{integrator:?} {width:?}");
+            assert_eq!(picture(&render, width, Shaded::Together).0, expected, "{integrator:?} {width:?}");
         }
+    }
+}
+
+#[test]
+fn what_is_noted_for_the_film_changes_no_colour() {
+    for integrator in [Integrator::Path, Integrator::Distribution, Integrator::Whitted] {
+        let render = settings(integrator, 4, Shadows::Jittered);
+        let (bare, counted) = picture(&render, Width::detect(), Shaded::Together);
+        let (noted, as_well) = picture(&render, Width::detect(), Shaded::Noted);
+        assert_eq!((bare, counted.shadow_rays), (noted, as_well.shadow_rays), "{integrator:?}");
     }
 }

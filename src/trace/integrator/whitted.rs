@@ -150,8 +150,8 @@ fn shade_microfacets(
         return both.for_each(|sampled| follow(context, met, &law.frame, sampled, next, counters));
     }
     let node = met.state.node.reflected();
-    let lobe = met.sampler.extra(node, Domain::Lobe);
-    if let Some(sampled) = glossy.sample(law.wo, met.sampler.stratified(node, Domain::Gloss), lobe) {
+    let (point, lobe) = (|| met.sampler.stratified(node, Domain::Gloss), || met.sampler.extra(node, Domain::Lobe));
+    if let Some(sampled) = glossy.draw(law.wo, point, lobe) {
         follow(context, met, &law.frame, sampled, next, counters);
     }
 }

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::components::Fresnel;
+use crate::trace::simd::{Lanes, V3};
 
 /// Direction of the mirror ray; `normal` is on either side, both unit.
 pub fn reflect(direction: Vec3, normal: Vec3) -> Vec3 {
@@ -26,22 +27,29 @@ pub fn refract(direction: Vec3, normal: Vec3, eta: f32) -> Option<Vec3> {
 ///
 /// `cos_in` is the cosine on the side that the ray comes from, `eta` as in [`refract`].
 pub fn fresnel(model: Fresnel, cos_in: f32, eta: f32) -> f32 {
-    let cos_in = cos_in.clamp(0.0, 1.0);
-    let sin2_out = eta * eta * (1.0 - cos_in * cos_in);
-    if sin2_out >= 1.0 {
-        return 1.0;
-    }
-    let cos_out = (1.0 - sin2_out).sqrt();
-    if model == Fresnel::Schlick {
-        let r0 = (eta - 1.0) / (eta + 1.0);
+    fresnel_lanes(model, cos_in, eta)
+}
+
+/// As [`fresnel`], one or eight.
+#[inline(always)]
+pub fn fresnel_lanes<L: Lanes>(model: Fresnel, cos_in: L, eta: L) -> L {
+    let (zero, one) = (L::splat(0.0), L::splat(1.0));
+    let cos_in = cos_in.max(zero).min(one);
+    let sin2_out = eta * eta * (one - cos_in * cos_in);
+    let is_total = one.le(sin2_out);
+    let cos_out = (one - sin2_out).sqrt();
+    let share = if model == Fresnel::Schlick {
+        let r0 = (eta - one) / (eta + one);
         let r0 = r0 * r0;
         // From the denser side the angle that counts is the one outside.
-        let m = 1.0 - if eta > 1.0 { cos_out } else { cos_in };
-        return r0 + (1.0 - r0) * (m * m * m * m * m);
-    }
-    let across = (eta * cos_in - cos_out) / (eta * cos_in + cos_out);
-    let along = (cos_in - eta * cos_out) / (cos_in + eta * cos_out);
-    (across * across + along * along) / 2.0
+        let m = one - L::select(one.lt(eta), cos_out, cos_in);
+        r0 + (one - r0) * (m * m * m * m * m)
+    } else {
+        let across = (eta * cos_in - cos_out) / (eta * cos_in + cos_out);
+        let along = (cos_in - eta * cos_out) / (cos_in + eta * cos_out);
+        (across * across + along * along) / L::splat(2.0)
+    };
+    L::select(is_total, one, share)
 }
 
 /// Fresnel reflectance for unpolarised light.
@@ -76,9 +84,18 @@ pub fn mean_metal_reflectance(eta: Vec3, k: Vec3) -> Vec3 {
 
 /// The direction in which `wo` goes on behind a facet; `None` where it is totally reflected.
 pub fn behind(wo: Vec3, h: Vec3, eta: f32) -> Option<Vec3> {
+    let (direction, passes) = behind_lanes::<f32>(wo.into(), h.into(), eta);
+    passes.then(|| direction.into())
+}
+
+/// As [`behind`], one or eight: directions, and where there are any.
+#[inline(always)]
+pub fn behind_lanes<L: Lanes>(wo: V3<L>, h: V3<L>, eta: L) -> (V3<L>, L::Mask) {
+    let (zero, one) = (L::splat(0.0), L::splat(1.0));
     let cos_o = wo.dot(h);
-    let sin2 = (1.0 - cos_o * cos_o).max(0.0) / (eta * eta);
-    (sin2 < 1.0).then(|| (h * (cos_o / eta - (1.0 - sin2).sqrt()) - wo / eta).normalize())
+    let sin2 = (one - cos_o * cos_o).max(zero) / (eta * eta);
+    let bent = V3 { x: wo.x / eta, y: wo.y / eta, z: wo.z / eta };
+    ((h.scale(cos_o / eta - (one - sin2).sqrt()) - bent).normalize(), sin2.lt(one))
 }
 
 /// Factor of what goes through where the index changes by `eta`.

@@ -16,6 +16,7 @@ pub mod texture;
 
 pub use fog::FogMedium;
 pub use fresnel::{
-    TransportMode, behind, fresnel, mean_metal_reflectance, metal_reflectance, reflect, refract, scale, share,
+    TransportMode, behind, behind_lanes, fresnel, fresnel_lanes, mean_metal_reflectance, metal_reflectance, reflect,
+    refract, scale, share,
 };
-pub use params::{HoleCoverage, MapValues, ShadingParams};
+pub use params::{HoleCoverage, MapValues, SMOOTH, ShadingParams};

@@ -5,6 +5,9 @@ use glam::Vec3;
 use super::fresnel::mean_metal_reflectance;
 use crate::components::{Material, Model};
 
+/// Facets narrower than this are taken for a polished surface: their highlight is beyond what `f32` resolves well.
+pub const SMOOTH: f32 = 1e-3;
+
 /// Where a surface is there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum HoleCoverage {
@@ -193,6 +196,18 @@ impl ShadingParams {
         matt && self.emission == Vec3::ZERO
     }
 
+    /// Whether all light goes on in single directions, by a mirror's law and that of glass alone.
+    #[inline]
+    pub fn is_polished(&self) -> bool {
+        let polished = match self.model {
+            Model::BlinnPhong => !self.is_diffuse() && self.gloss == 0.0,
+            Model::Dielectric | Model::Conductor => self.alpha < SMOOTH,
+            Model::Lambert | Model::Plastic | Model::Principled | Model::Unlit => false,
+        };
+        let scatters = self.model == Model::BlinnPhong && (self.diffuse != Vec3::ZERO || self.specular != Vec3::ZERO);
+        polished && !scatters && self.emission == Vec3::ZERO
+    }
+
     /// Whether it is the skin of a body that light runs in, where it encloses one: a wall of no thickness has no inside.
     #[inline]
     pub fn bounds_body(&self) -> bool {
@@ -203,6 +218,11 @@ impl ShadingParams {
     #[inline]
     pub fn is_clear(&self) -> bool {
         self.model == Model::Dielectric && self.emission == Vec3::ZERO
+    }
+
+    /// Whether light gets less on its way through its body.
+    pub fn absorbs(&self) -> bool {
+        self.bounds_body() && self.absorption != Vec3::ZERO
     }
 
     /// Whether it belongs to the scene that shadows are counted against: what catches them, and what sends out light.

@@ -7,7 +7,7 @@ use super::ray_queue::RayQueue;
 use super::slots::slot_sample;
 use crate::trace::material::ShadingParams;
 use crate::trace::primitive::{SurfacePoint, SurfacePointLanes};
-use crate::trace::sampler::{SampleLanes, SampleSet};
+use crate::trace::sampler::{SampleLanes, SampleSet, tangents};
 use crate::trace::simd::{LANES, V3, Wide, lane, lanes, lanes_to_bits, set_lane};
 use crate::trace::soa::{HitLanes, Hits, RayLanes};
 
@@ -37,6 +37,8 @@ pub struct ShadingBatch<'a, L: Wide> {
     pub states: PathStateLanes<L>,
     /// Of the rays.
     pub direction: V3<L>,
+    /// Whether the rays come from the outside.
+    pub front: L::Mask,
     /// Facing the rays.
     pub points: SurfacePointLanes<L>,
     /// The normal that light is counted about on paths.
@@ -82,12 +84,15 @@ impl<'a> ShadingInput<'a> {
             *sample = slot_sample(*sample);
         }
         let direction = ray.direction;
-        let points = context.geometry.surface_points(&ray, &hits).facing(direction);
+        let points = context.geometry.surface_points(&ray, &hits);
+        let front = direction.dot(points.geometric_normal).lt(L::splat(0.0));
+        let points = points.facing(direction);
         states.cone.width = states.cone.width + states.cone.spread * hits.t;
         let trusted = points.shading_normal.dot(direction).lt(L::splat(-LEAST_FACING));
         ShadingBatch {
             input: *self,
             direction,
+            front,
             normal: V3::select(trusted, points.shading_normal, points.geometric_normal),
             points,
             materials,
@@ -101,6 +106,15 @@ impl<'a> ShadingInput<'a> {
 }
 
 impl<L: Wide> ShadingBatch<'_, L> {
+    /// Axes of the surfaces, z along the normals, and the directions back along the rays in them; their z is positive.
+    #[inline(always)]
+    pub fn axes(&self) -> ([V3<L>; 3], V3<L>) {
+        let (back, normal) = (-self.direction, self.normal);
+        let [x, y] = tangents(normal);
+        let wo = V3 { x: back.dot(x), y: back.dot(y), z: back.dot(normal).max(L::splat(1e-7)) };
+        ([x, y, normal], wo)
+    }
+
     /// What the surface of one lane is of.
     #[inline(always)]
     pub fn material(&self, lane: usize) -> &ShadingParams {
@@ -121,7 +135,11 @@ impl<L: Wide> ShadingBatch<'_, L> {
         // No function of arrays: see `Kernel::run`.
         let points = [point.store(), error.store(), geometric_normal.store(), shading_normal.store()];
         let mut origins = origins.store();
-        let found = each_smooth_start(&self.input, &self.rays, &points, bits, &mut origins);
+        let mut opaque = 0;
+        for i in lanes(bits) {
+            opaque |= u32::from(self.material(i).transmission == 0.0) << i;
+        }
+        let found = each_smooth_start(&self.input, &self.rays, &points, opaque, &mut origins);
         (found, V3::load(&origins))
     }
 }

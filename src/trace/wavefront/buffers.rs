@@ -21,6 +21,24 @@ pub struct FilterSample {
     pub off_center: f32,
 }
 
+/// Hits that are shaded side by side, by what shades them.
+#[derive(Debug, Default)]
+pub struct ShadingPlaces {
+    /// On paths those of Lambert's law, elsewhere those of Blinn-Phong's.
+    pub usual: Vec<ShadingEntry>,
+    /// Mirrors and clear glass on paths.
+    pub polished: Vec<ShadingEntry>,
+    /// All other surfaces on paths that send out no light.
+    pub mixed: Vec<ShadingEntry>,
+}
+
+impl ShadingPlaces {
+    /// Forgets all; memory stays.
+    pub fn clear(&mut self) {
+        [&mut self.usual, &mut self.polished, &mut self.mixed].into_iter().for_each(Vec::clear);
+    }
+}
+
 /// Memory of the waves, kept from batch to batch.
 #[derive(Debug, Default)]
 pub struct WavefrontBuffers {
@@ -39,7 +57,7 @@ pub struct WavefrontBuffers {
     /// By light.
     pub shadows: Vec<ShadowRayQueue>,
     /// Hits that are shaded side by side.
-    pub places: Vec<ShadingEntry>,
+    pub places: ShadingPlaces,
     /// Colour of each sample, light group by light group or row by row: see [`super::accumulator_slot`].
     pub colors: Vec<Vec3>,
     /// Numbers of the samples, see `SampleSet`.

@@ -5,7 +5,7 @@ use super::ray_queue::RayQueue;
 use crate::trace::simd::{Kernel, LANES, Wide};
 use crate::trace::soa::Hits;
 
-/// Finds rays that left the scene, ran through a transparent body, or crossed a lamp: bits for each in the
+/// Finds rays that left the scene, ran through a body that absorbs light, or crossed a lamp: bits for each in the
 /// bytes of its eight.
 pub struct ClassifyKernel<'a> {
     /// What is traced.
@@ -34,8 +34,11 @@ impl Kernel for ClassifyKernel<'_> {
         crossed.clear();
         for first in (0..wave.rays().len()).step_by(LANES) {
             let (medium, found) = (wave.states().medium::<L>(first), hits.found::<L>(first));
-            // Bits of whole numbers: air is 0, and whatever is not counts as a number, or as none.
-            let odd = L::bits(L::or(L::not(found), medium[0].ne(L::splat(0.0))));
+            let mut odd = L::bits(L::not(found));
+            if context.absorbs {
+                // Bits of whole numbers: air is 0, and whatever is not counts as a number, or as none.
+                odd |= L::bits(medium[0].ne(L::splat(0.0)));
+            }
             let mut met = 0;
             if lamps {
                 let end = L::select(found, hits.distances(first), L::splat(f32::INFINITY));

@@ -193,6 +193,8 @@ pub struct RenderContext<'a> {
     pub holes: bool,
     /// Whether any material is clear glass, whose bodies may cover each other.
     pub glass: bool,
+    /// Whether light gets less on its way through the body of any material.
+    pub absorbs: bool,
     /// Whether any material catches shadows.
     pub catchers: bool,
     /// Regions that are noted where rays cross them.

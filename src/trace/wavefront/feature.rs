@@ -7,8 +7,7 @@ use super::interaction::SurfaceInteraction;
 use super::slots::CatcherRow;
 use crate::components::Model;
 use crate::film::Feature;
-use crate::trace::material::ShadingParams;
-use crate::trace::material::bsdf::SMOOTH;
+use crate::trace::material::{SMOOTH, ShadingParams};
 
 /// The feature of a camera ray's encounter.
 pub fn first_hit_feature(context: RenderContext, met: &SurfaceInteraction) -> Feature {

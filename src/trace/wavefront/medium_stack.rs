@@ -33,10 +33,23 @@ impl MediumStack {
         self.0 == 0
     }
 
-    /// The lower half of its bits, and the upper one, as columns hold them.
+    /// The lower half of its bits, and the upper one.
+    #[inline(always)]
+    pub fn words(self) -> [u32; 2] {
+        [self.0 as u32, (self.0 >> 32) as u32]
+    }
+
+    /// The same as columns hold them.
     #[inline(always)]
     pub fn halves(self) -> [f32; 2] {
-        [f32::from_bits(self.0 as u32), f32::from_bits((self.0 >> 32) as u32)]
+        let [low, high] = self.words();
+        [f32::from_bits(low), f32::from_bits(high)]
+    }
+
+    /// The stack of such columns.
+    #[inline(always)]
+    pub fn of_halves([low, high]: [f32; 2]) -> MediumStack {
+        MediumStack(u64::from(low.to_bits()) | u64::from(high.to_bits()) << 32)
     }
 
     fn entries(self) -> impl Iterator<Item = u64> {
@@ -115,7 +128,7 @@ impl Field for MediumStack {
     }
     #[inline(always)]
     fn take<const N: usize>(row: &[f32; N], at: usize) -> Self {
-        MediumStack(u64::from(row[at].to_bits()) | u64::from(row[at + 1].to_bits()) << 32)
+        MediumStack::of_halves([row[at], row[at + 1]])
     }
     #[inline(always)]
     fn put_lanes<L: Lanes, const N: usize>(lanes: [L; 2], rows: &mut [L; N], at: usize) {

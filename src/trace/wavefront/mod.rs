@@ -12,7 +12,8 @@
 //! | `interaction`, `batch` | hits to be shaded: one, and eight side by side |
 //! | `shaded_hits` | [`ShadedHits`]: what shading asks of either, so that it is written once |
 //! | `path_shading`, `lamp_shading` | that shading: of paths, and of Whitted and distribution pictures |
-//! | `lambert`, `blinn_phong` | the surfaces that are shaded eight at a time |
+//! | `lambert`, `polished`, `mixed`, `blinn_phong` | the surfaces that are shaded eight at a time |
+//! | `bodies` | the transparent bodies on both sides of eight of them |
 //! | `slots` | where the light of samples is added up |
 //! | `shadow_ray_queue`, `shadow_rays` | shadow rays, and what gets through |
 //! | `holes` | surfaces that are not there everywhere, and the rays that go on behind them |
@@ -21,6 +22,7 @@
 
 mod batch;
 mod blinn_phong;
+mod bodies;
 mod buffers;
 mod camera_rays;
 mod catchers;
@@ -32,8 +34,10 @@ mod interaction;
 mod lambert;
 mod lamp_shading;
 mod medium_stack;
+mod mixed;
 mod path_shading;
 mod path_state;
+mod polished;
 mod ray_queue;
 mod shaded_hits;
 mod shadow_ray_queue;
@@ -43,7 +47,7 @@ mod worker;
 
 pub use batch::ShadingInput;
 pub use blinn_phong::{BlinnPhongKernel, is_blinn_phong};
-pub use buffers::WavefrontBuffers;
+pub use buffers::{ShadingPlaces, WavefrontBuffers};
 pub use camera_rays::CameraRayKernel;
 pub use catchers::{caught_light, split_at_catchers};
 pub use classify::ClassifyKernel;
@@ -54,8 +58,10 @@ pub use interaction::{SurfaceInteraction, shadow_ray_from};
 pub use lambert::LambertKernel;
 pub use lamp_shading::{BlinnPhongShading, LampShading, mirror_directions, push_mirrored, sample_lamp};
 pub use medium_stack::{Crossing, MediumStack};
+pub use mixed::MixedKernel;
 pub use path_shading::{BsdfLanes, DirectionSample, MIN_ROULETTE_DEPTH, SpawnedRays, sample_direct, scatter};
 pub use path_state::{EmissionFilter, EmissionScope, PathState};
+pub use polished::PolishedKernel;
 pub use ray_queue::RayQueue;
 pub use shaded_hits::ShadedHits;
 pub use shadow_ray_queue::ShadowRayQueue;

@@ -67,6 +67,11 @@ impl BlinnPhong {
         self.diffuse == Vec3::ZERO && self.specular == Vec3::ZERO && mirror
     }
 
+    /// Whether it has no way but the mirror image.
+    pub fn is_mirror(&self) -> bool {
+        self.is_specular() && self.transmission <= 0.0
+    }
+
     /// How much a transparent surface reflects and lets through; an opaque one reflects what its weight says.
     fn division(&self, wo: Vec3) -> (f32, f32) {
         if self.transmission <= 0.0 {

@@ -11,6 +11,11 @@ use super::tables;
 use crate::trace::material::{ShadingParams, metal_reflectance};
 use crate::trace::sampler::cosine_hemisphere;
 
+/// What a polished metal reflects at a cosine, per channel.
+pub fn polished_metal(m: &ShadingParams, cosine: f32) -> Vec3 {
+    Conductor::new(m).reflectance(cosine)
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conductor {
     facets: Microfacets,

@@ -7,8 +7,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-/// Facets narrower than this are taken for a polished surface: their highlight is beyond what `f32` resolves well.
-pub const SMOOTH: f32 = 1e-3;
+use crate::trace::material::SMOOTH;
 
 /// A surface of facets, whose slopes have the width `alpha`.
 #[derive(Clone, Copy, Debug, PartialEq)]

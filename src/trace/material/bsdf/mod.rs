@@ -28,7 +28,7 @@ mod principled;
 mod tables;
 
 pub use bsdf_sample::BsdfSample;
-pub use microfacet::SMOOTH;
+pub use conductor::polished_metal;
 pub use models::Bsdf;
 pub use principled::Principled;
 

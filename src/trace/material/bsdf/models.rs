@@ -121,6 +121,19 @@ impl Bsdf {
         }
     }
 
+    /// As [`Self::sample`], with numbers that are drawn where they decide something: mirrors have one way alone.
+    #[inline]
+    pub fn draw(&self, wo: Vec3, u: impl FnOnce() -> [f32; 2], lobe: impl FnOnce() -> f32) -> Option<BsdfSample> {
+        let chooses = match self {
+            Bsdf::Lambert(_) => false,
+            Bsdf::Conductor(c) => !c.is_smooth(),
+            Bsdf::BlinnPhong(b) => !b.is_mirror(),
+            Bsdf::Dielectric(_) | Bsdf::Plastic(_) | Bsdf::Principled(_) => true,
+        };
+        let u = if self.is_specular() { [0.0; 2] } else { u() };
+        self.sample(wo, u, if chooses { lobe() } else { 0.0 })
+    }
+
     /// A direction for numbers in 0..1; `lobe` chooses among the ways of scattering. `None`: the light is absorbed.
     #[inline]
     pub fn sample(&self, wo: Vec3, u: [f32; 2], lobe: f32) -> Option<BsdfSample> {
