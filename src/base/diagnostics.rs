@@ -362,11 +362,11 @@ pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
     let starts_alike = best.1.to_lowercase().chars().next() == found.chars().next();
     let limit = match letters {
         0..=3 => 1,
-        4..=5 => 1 + usize::from(starts_alike),
-        6..=8 => 2,
+        4..=8 => 1 + usize::from(starts_alike),
         _ => letters / 3,
     };
-    (best.0 <= limit && best.0 < letters).then_some(best.1)
+    // A letter alone is meant by a word that begins with it, at most.
+    (best.0 <= limit && (best.0 < letters || starts_alike)).then_some(best.1)
 }
 
 /// "did you mean `x`?" for the known word that is meant, by its letters or by its meaning.

@@ -26,13 +26,17 @@ fn loads_as_scene(text: &str) -> Result<(), String> {
     load::load_scene(&path, false).map(drop).map_err(|problems| problems.to_string())
 }
 
-/// A picture of one pixel and a mesh of one triangle, for fields that name a file.
+/// A PNG file of one grey pixel with an alpha of a half.
+const PIXEL: [u8; 70] = [
+    137, 80, 78, 71, 13, 10, 26, 10, 0, 0, 0, 13, 73, 72, 68, 82, 0, 0, 0, 1, 0, 0, 0, 1, 8, 6, 0, 0, 0, 31, 21, 196,
+    137, 0, 0, 0, 13, 73, 68, 65, 84, 120, 218, 99, 104, 104, 248, 223, 0, 0, 6, 3, 2, 128, 113, 144, 215, 235, 0, 0,
+    0, 0, 73, 69, 78, 68, 174, 66, 96, 130,
+];
+
+/// Pictures and a mesh of one triangle, for fields that name a file.
 fn write_files(folder: &std::path::Path) {
-    let none = crate::output::Metadata::default();
-    let pixels = crate::output::PngPixels::Rgb(&[128, 128, 255]);
-    let png = crate::output::encode_small_png([1, 1], &pixels, &none, &none).unwrap();
-    for name in ["wood.png", "dents.png", "leaf.png", "sky.png"] {
-        std::fs::write(folder.join(name), &png).unwrap();
+    for name in ["wood.png", "dents.png", "leaf.png", "sky.png", "wood.0012.png"] {
+        std::fs::write(folder.join(name), PIXEL).unwrap();
     }
     std::fs::write(folder.join("model.obj"), "g lid\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
 }
@@ -76,7 +80,9 @@ fn companions(record: &str, field: &str) -> &'static str {
             "vertices: [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)], "
         }
         ("mesh", "group" | "file_materials") => "file: \"model.obj\", ",
-        ("texture", "image" | "frame") => "",
+        ("texture", "image") => "",
+        ("texture", "frame") => "image: \"wood.####.png\", ",
+        ("texture", "channel") => "image: \"wood.png\", ",
         ("texture", _) => "pattern: Checker, ",
         _ => "",
     }
@@ -95,7 +101,6 @@ fn examples_of_fields_load() {
             let triangles = "triangles: [(0, 1, 2)], ";
             let inner = match (record.name, field.name) {
                 ("mesh", "normals" | "uvs" | "colors") => format!("{with}{triangles}{}: {}", field.name, field.example),
-                ("texture", "frame") => format!("image: \"wood.png\", frame: {}", field.example),
                 ("texture", "pattern") => format!("pattern: {}", field.example),
                 (_, name) => format!("{with}{name}: {}", field.example),
             };
@@ -168,16 +173,17 @@ fn every_argument_is_told_in_full() {
             if !units.iter().any(|unit| text.contains(unit)) {
                 missing.push(format!("{}({name}): no unit in `{text}`", function.name));
             }
-            let takes = |form: &&&str| {
+            let taken = |form: &str| -> Vec<String> {
                 let call = form.split(" ->").next().unwrap_or("");
                 let inner = call.split_once('(').map_or("", |(_, tail)| tail.trim_end_matches(')'));
-                inner.split(", ").any(|argument| argument == *name)
+                inner.split(", ").filter(|name| !name.is_empty()).map(str::to_string).collect()
             };
-            let is_receiver = function.forms.iter().any(|form| form.starts_with(&format!("{name}.")));
-            // A form with fewer arguments is one in which some are left out.
-            let least = function.forms.iter().map(|form| form.matches(", ").count()).min().unwrap_or(0);
-            let shortest = function.forms.iter().filter(|form| form.matches(", ").count() == least);
-            let is_optional = !is_receiver && !shortest.clone().any(|form| takes(&form));
+            let all: Vec<Vec<String>> = function.forms.iter().map(|form| taken(form)).collect();
+            // One form is another with more behind it.
+            let is_optional = all.iter().any(|long| {
+                let at = long.iter().position(|taken| taken == name);
+                at.is_some_and(|at| all.iter().any(|short| short.len() <= at && long.starts_with(short)))
+            });
             let says_so = ["left out", "without", "unless", "default", "otherwise", "if not given", "else"];
             if is_optional && !says_so.iter().any(|word| text.contains(word)) && !function.text.contains("left out") {
                 missing.push(format!("{}({name}): what it is where it is left out: `{text}`", function.name));

@@ -86,7 +86,7 @@ pub fn check_ending(path: &Path) -> Result<(), Diagnostic> {
         (None, Some(near)) => format!("did you mean `.{near}`? Scripts and scenes end in {}", known.join(", ")),
         (None, None) => format!("scripts and scenes end in {}", known.join(", ")),
     };
-    Err(Diagnostic::error(format!("{}: not a script or a scene that can be read", path.display())).help(help))
+    Err(Diagnostic::error(format!("{}: not a scene or script that can be read", path.display())).help(help))
 }
 
 /// Reads a scene in its usual project, as [`load_scene_in`].

@@ -271,7 +271,10 @@ impl<'a> SyntaxReader<'a> {
                         true => self.broken(end, format!("a `:` is missing between `{word}` and its value")),
                         false => self.broken(end, "a comma is missing here"),
                     };
-                    return Err(self.foreign(self.at).unwrap_or_else(missing));
+                    let before = node.children.last().filter(|child| child.key.is_none()).map(|child| child.key_start);
+                    let comment = before.filter(|at| self.text[*at..].starts_with(['#', '-']));
+                    let found = comment.and_then(|at| self.foreign(at)).or_else(|| self.foreign(self.at));
+                    return Err(found.unwrap_or_else(missing));
                 }
             }
         }

@@ -90,7 +90,7 @@ fn advice_on(shot: &mut Shot, frames: &[u32], most: usize, still: bool) -> Diagn
         let idle = unused::in_all(before.as_ref(), scenes.iter().map(|(_, scene)| scene));
         for Unused { subject, message, help, .. } in idle.into_iter().chain(fov_as_usual(shot, scene)) {
             let mut warning = Diagnostic { help, ..Diagnostic::warning(message) };
-            match ways(shot, &subject) {
+            match ways(shot, scene, &subject) {
                 Telling::AtItsPlace => {
                     warning = warning.about(subject);
                     shot.input.find_place(&mut warning, *first);
@@ -253,14 +253,14 @@ enum Telling {
 
 /// Formats with a place for every number leave none out, and settings of the command line are for a look at what is
 /// written otherwise: neither is a mistake of whoever has written the scene.
-fn ways(shot: &Shot, subject: &Subject) -> Telling {
+fn ways(shot: &Shot, scene: &Scene, subject: &Subject) -> Telling {
     let is_by_hand = match &shot.input.scene_file {
         Some((path, _)) => path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ron")),
         None => true,
     };
     let overrides = &shot.input.overrides;
     let is_of_settings = matches!(subject.part, ScenePart::Render | ScenePart::Camera);
-    if !is_by_hand || is_pinhole_by_choice(shot, subject) {
+    if !is_by_hand || is_pinhole_by_choice(shot, subject) || is_of_file(shot, scene, subject) {
         Telling::Never
     } else if subject.field == Some("samples") && overrides.samples.is_some() {
         Telling::Alone
@@ -269,6 +269,13 @@ fn ways(shot: &Shot, subject: &Subject) -> Telling {
     } else {
         Telling::AtItsPlace
     }
+}
+
+/// Whether it is of a material that comes with a mesh or an asset, and that the scene's own text does not name.
+fn is_of_file(shot: &Shot, scene: &Scene, subject: &Subject) -> bool {
+    let Some((path, _)) = &shot.input.scene_file else { return false };
+    let whole = Subject { field: None, ..*subject };
+    matches!(subject.part, ScenePart::Material(_)) && !load::is_written(path, scene, whole)
 }
 
 /// A field of the camera that the scene's own text gives.

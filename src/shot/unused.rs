@@ -295,11 +295,10 @@ fn parts_of_entities(scene: &Scene) -> Vec<Unused> {
             let help = "open it: `camera: (shutter: (0.0, 0.5))`; a script moves entities from frame to frame";
             tell(Motion::KIND, vec![("displacement", stands, why, help)]);
         }
-        if let Some(mesh) = desc.component::<Mesh>().filter(|mesh| mesh.data.triangles.is_empty()) {
-            let help = match mesh.file {
-                Some(_) => None,
-                None => Some("give it `vertices` and `triangles`, or a `file`".to_string()),
-            };
+        // What a file lacks is told where it is read.
+        let is_empty = |mesh: &&Mesh| mesh.data.triangles.is_empty() && mesh.file.is_none();
+        if desc.component::<Mesh>().filter(is_empty).is_some() {
+            let help = Some("give it `vertices` and `triangles`, or a `file`".to_string());
             let message = format!("`mesh` of {} has no triangles: nothing of it shows", desc.label(index));
             let subject = Subject { part, component: Some(Mesh::KIND.name()), field: None };
             found.push(Unused { subject, message, help, is_hidden: false });
