@@ -6,7 +6,7 @@
 //! of the noise that they are applied to. Neighbours count less, the more normal, albedo and distance differ: those of
 //! what mirrors and clear glass show, not of the mirror. Where these are themselves noisy, as in lens blur, they fade.
 //! Colour is divided by the albedo of the first hit before and multiplied after, half by half; where that is noisy, it is
-//! filtered first ([`albedo`]).
+//! filtered first (`albedo`).
 //!
 //! In the end each pixel takes the level whose error is least by the halves' own account ([`select`]), the unfiltered
 //! picture among them: what needs no filter keeps its every pixel. With fewer than [`FEWEST_TO_CHOOSE`] samples that
