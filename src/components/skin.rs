@@ -10,7 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::record::ranges::between;
 use super::record::{Check, Invalid};
 use super::value::{FieldValue, Text, Value};
-use super::{FieldClass, FieldError, MeshData, Record};
+use super::{Component, FieldClass, FieldError, Mesh, MeshData, Record};
 use crate::base::digest::{Digest, Hasher};
 
 /// How much each joint of a skin moves each vertex of a mesh.
@@ -352,6 +352,30 @@ pub fn deformed(mesh: &MeshData, morph: Option<&Morph>, skin: Option<(&Skin, &[D
         (points, normals) = skin.data.carried(&points, &normals, joints);
     }
     mesh.moved(points, normals)
+}
+
+/// A mesh as the morph and the skin of its entity bend it, if it has any, and what leads from it to the world.
+///
+/// `map` is that of the entity, and `joint` gives that of a joint by its name. Where there is a skin, the joints alone say
+/// where the mesh is.
+pub fn bent(
+    mesh: &Mesh,
+    morph: Option<&Component>,
+    skin: Option<&Component>,
+    map: DAffine3,
+    joint: impl Fn(&Text) -> DAffine3,
+) -> (MeshData, DAffine3) {
+    let morph = match morph {
+        Some(Component::Morph(morph)) => Some(morph),
+        _ => None,
+    };
+    match skin {
+        Some(Component::Skin(skin)) => {
+            let joints: Vec<DAffine3> = skin.joints.iter().map(joint).collect();
+            (deformed(&mesh.data, morph, Some((skin, &joints))), DAffine3::IDENTITY)
+        }
+        _ => (deformed(&mesh.data, morph, None), map),
+    }
 }
 
 /// The digest of all that [`deformed`] follows from.

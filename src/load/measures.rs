@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 use rustc_hash::FxHashMap;
 
 use crate::base::limits;
-use crate::components::skin::deformed;
+use crate::components::skin::bent;
 use crate::components::*;
 
 /// What a scene holds at rest, without its planes, which have no end.
@@ -48,7 +48,7 @@ impl SceneMeasures {
                 out.meshes += 1;
                 let (bent, map) = places.bent(desc, mesh, *map);
                 let corner = |v: u32| map.transform_point3(bent.vertices[v as usize].as_dvec3() + bent.origin);
-                for [a, b, c] in shown_triangles(mesh, &bent).map(|triangle| triangle.map(corner)) {
+                for [a, b, c] in mesh.shown_triangles(&bent).map(|triangle| triangle.map(corner)) {
                     out.triangles += 1;
                     out.area += (b - a).cross(c - a).length() / 2.0;
                     [a, b, c].into_iter().for_each(|p| out.add(p));
@@ -71,14 +71,6 @@ impl SceneMeasures {
     }
 }
 
-/// The triangles that a mesh shows: those of its group, or all.
-fn shown_triangles<'a>(mesh: &'a Mesh, data: &'a MeshData) -> Box<dyn Iterator<Item = [u32; 3]> + 'a> {
-    match mesh.group.as_deref().and_then(|name| data.group(name)) {
-        Some(set) => Box::new(set.triangles().map(|t| data.triangles[t as usize])),
-        None => Box::new(data.triangles.iter().copied()),
-    }
-}
-
 /// Where the entities of a scene stand.
 struct Places<'a> {
     names: FxHashMap<&'a str, usize>,
@@ -96,18 +88,8 @@ impl<'a> Places<'a> {
 
     /// A mesh as its shapes and joints bend it, and what leads from it to the world.
     fn bent(&self, desc: &EntityDesc, mesh: &Mesh, map: DAffine3) -> (MeshData, DAffine3) {
-        let morph = match desc.get(Kind::Morph) {
-            Some(Component::Morph(morph)) => Some(morph),
-            _ => None,
-        };
         let joint = |name: &Text| self.names.get(&**name).map_or(DAffine3::IDENTITY, |i| self.maps[*i]);
-        match desc.get(Kind::Skin) {
-            Some(Component::Skin(skin)) => {
-                let joints: Vec<DAffine3> = skin.joints.iter().map(joint).collect();
-                (deformed(&mesh.data, morph, Some((skin, &joints))), DAffine3::IDENTITY)
-            }
-            _ => (deformed(&mesh.data, morph, None), map),
-        }
+        bent(mesh, desc.get(Kind::Morph), desc.get(Kind::Skin), map, joint)
     }
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ::rhai::{AST, Dynamic, Engine, EvalAltResult, ParseError, Position};
 
 use super::allowance;
+use super::closures::without_names;
 use super::foreign_grammar;
 use super::inspect;
 use super::map_keys::MapKeys;
@@ -131,7 +132,7 @@ impl ScriptSources {
             (true, None, None) => Place::file(source.file.clone()),
         };
         let place = source.place_of_key(&place, &message).unwrap_or(place);
-        let message = shortened(message);
+        let message = shortened(without_names(&message));
         let message = match call.frame {
             Some(number) => format!("in frame {number}: {message}"),
             None => message,
@@ -150,9 +151,10 @@ impl ScriptSources {
     pub fn diagnose_in(&self, file: &str, error: EvalAltResult) -> Diagnostics {
         let (file, at) = deepest_position(&error, file);
         let source = self.of(file).unwrap_or(&self.main);
-        let words = words::of_error(error.unwrap_inner(), "", &self.vocabulary);
+        let (message, help) = words::of_error(error.unwrap_inner(), "", &self.vocabulary);
         let place = source.place(at);
-        diagnostic(words.clone(), source.place_of_key(&place, &words.0).unwrap_or(place)).into()
+        let place = source.place_of_key(&place, &message).unwrap_or(place);
+        diagnostic((shortened(without_names(&message)), help), place).into()
     }
 }
 

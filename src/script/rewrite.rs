@@ -5,12 +5,16 @@
 //!   not at the name of what holds the scene.
 //! - A list takes any whole number as its index, 4.0 too: what stands between the brackets goes through a function.
 //! - `x /= y` is `x = x / y`: Rhai's own would cut the fraction off between whole numbers.
+//! - What `catch (e)` catches goes through a function, which takes out of it what differs from machine to machine.
+//! - A closure that is written out in a text, as in `${|x| x}`, is kept from the parser, which would put its name there.
 //!
 //! - Constants of a module's top are exported: `const K = 3;` is `export const K = 3;`.
 //!
 //! Lines stay as they are; columns that move are known and told back in messages.
 
 use ::rhai::{AST, Engine, ParseError, Position, Token};
+
+use super::closures::{CAUGHT, NOTHING};
 
 /// The function around an index, see [`super::engine`].
 pub const INDEX: &str = "anim_index";
@@ -120,6 +124,8 @@ fn rewrite(engine: &Engine, text: &str, role: TextRole) -> Rewritten {
         lookup(&tokens, &partners, i, &mut changes);
         index(&tokens, &partners, i, &mut changes);
         divide_assign(&tokens, &partners, i, text, &starts, &mut changes);
+        catch(&tokens, i, &mut changes);
+        closure_in_text(&tokens, &partners, i, &mut changes);
     }
     changes.sort_by_key(|change| (change.at.line(), change.at.position()));
     apply(text, &starts, changes)
@@ -267,6 +273,29 @@ fn divide_assign(
     changes.push(TextChange { at: *close, out: 0, put: ")".into() });
 }
 
+/// `catch (name) { ...`.
+fn catch(tokens: &[PlacedToken], i: usize, changes: &mut Vec<TextChange>) {
+    use Token::{Catch, Identifier, LeftBrace, LeftParen, RightParen};
+    let [(Catch, _), (LeftParen, _), (Identifier(name), _), (RightParen, _), (LeftBrace, _), (next, first), ..] =
+        &tokens[i..]
+    else {
+        return;
+    };
+    if !matches!(next, Token::EOF | Token::LexError(_)) {
+        changes.push(TextChange { at: *first, out: 0, put: format!("{name} = {CAUGHT}({name}); ") });
+    }
+}
+
+/// `${ ... }` with something in it that may be a closure.
+fn closure_in_text(tokens: &[PlacedToken], partners: &[Option<usize>], i: usize, changes: &mut Vec<TextChange>) {
+    let [(Token::InterpolatedString(_), _), (Token::LeftBrace, _), (_, first), ..] = &tokens[i..] else { return };
+    let Some(close) = partners[i + 1] else { return };
+    let has_closure = tokens[i + 2..close].iter().any(|(token, _)| matches!(token, Token::Pipe | Token::Or));
+    if has_closure {
+        changes.push(TextChange { at: *first, out: 0, put: format!("{NOTHING}(); ") });
+    }
+}
+
 pub fn line_starts(text: &str) -> Vec<usize> {
     [0].into_iter().chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect()
 }
@@ -344,6 +373,27 @@ mod tests {
     }
 
     #[test]
+    fn what_is_caught_goes_through_a_function() {
+        let put = "e = anim_caught(e); ";
+        assert_eq!(
+            rewritten("try { f(1); } catch (e) { g(e); }"),
+            format!("try {{ f(1); }} catch (e) {{ {put}g(e); }}")
+        );
+        assert_eq!(rewritten("try { } catch(e) { }"), format!("try {{ }} catch(e) {{ {put}}}"));
+        for same in ["try { f(1); } catch { g(1); }", "catch (", "catch (e) {", "catch (e, f) { }"] {
+            assert_eq!(rewritten(same), same);
+        }
+    }
+
+    #[test]
+    fn closures_in_texts_are_no_constants() {
+        assert_eq!(rewritten("`a ${|x| x} b`"), "`a ${anim_nothing(); |x| x} b`");
+        for same in ["`a ${x} b`", "`${a + 1}${[1]}`", "let c = |x| `${x}`;"] {
+            assert_eq!(rewritten(same), same);
+        }
+    }
+
+    #[test]
     fn places_are_told_back() {
         let text = "let a = 1;\nb[i] /= c.d; e\nf";
         let rewritten = rewrite(&Engine::new_raw(), text, TextRole::Script);
@@ -358,7 +408,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_read_stays_as_it_is() {
-        for text in ["\"", "a[", "`${", "/*", "a[i", "x /=", "/= 2", "é[ü]", "'abc'[i]"] {
+        for text in ["\"", "a[", "`${", "`${|", "/*", "a[i", "x /=", "/= 2", "é[ü]", "'abc'[i]", "catch (e) {"] {
             let _ = rewrite(&Engine::new_raw(), text, TextRole::Script);
         }
         assert_eq!(rewritten("é[ü] = 1"), "é[ü] = 1");

@@ -50,6 +50,8 @@ struct CallWatch {
     probe: Cell<Probe>,
     /// Where the steps are shown to other threads.
     shown: Cell<Option<&'static AtomicU64>>,
+    /// Where other threads say that the time of a call is over: when the one that runs began, and the one that is late.
+    late: Cell<Option<[&'static AtomicU64; 2]>>,
     /// What is told that a call starts.
     told: Cell<Option<fn()>>,
     /// What is told that limits are set.
@@ -66,6 +68,7 @@ thread_local! {
             steps: Cell::new(0),
             probe: Cell::new(Probe { stop_at: None, report: None }),
             shown: Cell::new(None),
+            late: Cell::new(None),
             told: Cell::new(None),
             raised: Cell::new(None),
         }
@@ -116,6 +119,12 @@ pub fn show_steps(at: &'static AtomicU64) {
     WATCH.with(|watch| watch.shown.set(Some(at)));
 }
 
+/// Lets another thread end a call on this one at its next step, by saying of the time when it `began` that it is `late`.
+/// Where steps are slow, those between two looks at the clock may take longer than a call may.
+pub fn heed(began: &'static AtomicU64, late: &'static AtomicU64) {
+    WATCH.with(|watch| watch.late.set(Some([began, late])));
+}
+
 /// Lets somebody know of each call that starts on this thread.
 pub fn tell_of_calls(tell: fn()) {
     WATCH.with(|watch| watch.told.set(Some(tell)));
@@ -155,6 +164,12 @@ impl CallWatch {
         // At every step, for a text doubles in one.
         if self.ceiling.get() < usize::MAX && memory::held().is_some_and(|held| held > self.ceiling.get()) {
             return Some(Stopped::Memory);
+        }
+        if let Some([began, late]) = self.late.get() {
+            let late = late.load(Ordering::Relaxed);
+            if late > 0 && late == began.load(Ordering::Relaxed) {
+                return Some(Stopped::Time);
+            }
         }
         let is_late = || {
             let started = self.started.get()?;

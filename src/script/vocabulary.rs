@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use ::rhai::Engine;
 
+use super::closures;
 use super::elsewhere;
 use super::table::{self, Function};
 use super::words::{Words, foreign, keyword, plain_name, plain_type};
@@ -75,6 +76,10 @@ impl Vocabulary {
             "" => Vec::new(),
             list => list.split(", ").map(plain_type).collect(),
         };
+        if closures::is_closure(name) {
+            let message = format!("a closure is called with {}, which it does not take", count(arguments.len()));
+            return (message, Some("it is called with what stands between its bars: |a, b| takes two".into()));
+        }
         let name = plain_name(name);
         if let Some((module, name)) = name.rsplit_once("::") {
             return self.not_in_module(module, name);

@@ -7,7 +7,7 @@ use super::allowance::Limit;
 use super::errors::Complaint;
 use super::sandbox::Stopped;
 use super::vocabulary::Vocabulary;
-use super::{rewrite, said, sandbox};
+use super::{closures, rewrite, said, sandbox};
 use crate::base::diagnostics::did_you_mean;
 use crate::base::limits;
 
@@ -356,6 +356,8 @@ pub fn plain_name(name: &str) -> &str {
         rewrite::INDEX => "[]",
         said::PRINT => "print",
         said::DEBUG => "debug",
+        // What nobody has written.
+        closures::CAUGHT | closures::NOTHING => "{}",
         other => other,
     }
 }

@@ -11,6 +11,7 @@ use super::handles::EntityHandle;
 use super::overlay::Overlay;
 use super::table::{Chapter, Function};
 use crate::base::limits;
+use crate::components::skin::bent;
 use crate::components::transform::world_placement;
 use crate::components::*;
 
@@ -43,8 +44,25 @@ pub fn placement(overlay: &Overlay, entity: usize, time: f64) -> DAffine3 {
 /// A box in the world around the shapes of one entity; `None` without a shape that ends somewhere.
 fn own_bounds(overlay: &Overlay, entity: usize, time: f64) -> Option<[DVec3; 2]> {
     let map = placement(overlay, entity, time);
+    if let Some(bounds) = bent_bounds(overlay, entity, map, time) {
+        return Some(bounds);
+    }
     let shapes = Kind::ALL.iter().filter_map(|kind| overlay.component(entity, *kind)?.shape());
     shapes.filter_map(|shape| shapes::world_bounds(shape, &map)).reduce(union)
+}
+
+/// A box in the world around a mesh that a skin or a morph bends; `None` if nothing does.
+fn bent_bounds(overlay: &Overlay, entity: usize, map: DAffine3, time: f64) -> Option<[DVec3; 2]> {
+    let [morph, skin] = [Kind::Morph, Kind::Skin].map(|kind| overlay.component(entity, kind));
+    let Some(Component::Mesh(mesh)) = overlay.component(entity, Kind::Mesh) else { return None };
+    if morph.is_none() && skin.is_none() {
+        return None;
+    }
+    let joint = |name: &Text| overlay.find(name).map_or(DAffine3::IDENTITY, |joint| placement(overlay, joint, time));
+    let (bent, map) = bent(mesh, morph, skin, map, joint);
+    let corners = mesh.shown_triangles(&bent).flatten();
+    let corners = corners.map(|v| map.transform_point3(bent.vertices[v as usize].as_dvec3() + bent.origin));
+    corners.map(|p| [p; 2]).reduce(union)
 }
 
 fn union(a: [DVec3; 2], b: [DVec3; 2]) -> [DVec3; 2] {
@@ -132,7 +150,8 @@ pub const CHAPTER: Chapter = Chapter {
             name: "bounds",
             forms: &["e.bounds -> map"],
             text: "A box along the world's axes around the shapes of an entity and of all that stands in its space: `min`, \
-                   `max`, `center`, `size`. Around a mesh it may be larger by a hundredth of the mesh.",
+                   `max`, `center`, `size`. Around a mesh it may be larger by a hundredth of the mesh; around one that a \
+                   clip or weights bend it fits.",
             arguments: &[("e", "an entity with a shape, or the parent of some")],
             example: "let moon = s.spawn(#{ sphere: #{ radius: 0.5 }, translation: [1, 2, 0] });\n\
                       moon.bounds.min       // vec3(0.5, 1.5, -0.5)\n\

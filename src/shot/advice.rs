@@ -11,12 +11,12 @@ use super::linked_tags as links;
 use super::placements::{Placements, shapes_of};
 use super::plan::Plan;
 use super::unused;
-use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Severity, Subject};
 use crate::base::limits;
 use crate::components::shapes::world_bounds;
 use crate::components::*;
 use crate::load;
-use crate::systems;
+use crate::systems::{self, ContactsLeftOut};
 
 /// Frames whose scenes are looked at, spread over the sequence: the first and the last are among them.
 const LOOKED_AT: usize = 24;
@@ -69,7 +69,7 @@ fn advice_on(shot: &mut Shot, frames: &[u32], most: usize, still: bool) -> Diagn
     // What few frames do not show another one may.
     let is_telling = has_all && (looked_at == count || looked_at == LOOKED_AT);
     found.0.extend(is_telling.then(|| unseen(shot, &scenes, count)).flatten());
-    found.0.extend(left_out_contacts(shot));
+    found.0.extend(contacts(shot));
     if let Some((first, scene)) = scenes.first() {
         for mut warning in glass::beyond_what_rays_know(scene) {
             shot.input.find_place(&mut warning, *first);
@@ -114,14 +114,26 @@ fn at_script(shot: &Shot, warning: Diagnostic) -> Diagnostic {
     Diagnostic { place, ..warning }
 }
 
-/// A warning about bodies of the first frame that touch others and are not set apart from them.
-fn left_out_contacts(shot: &mut Shot) -> Option<Diagnostic> {
-    let edits = shot.input.edits(1).ok()?;
+/// What is to be said of contacts in the first frame: bodies that touch others and are not set apart from them, and
+/// whether all could be looked at.
+fn contacts(shot: &mut Shot) -> Vec<Diagnostic> {
     let place = |stage: &mut systems::Stage| {
         systems::update_hierarchy(stage)?;
         Ok(systems::contacts_left_out(stage))
     };
-    let left_out = shot.input.with_frame(&mut shot.stage, 1, edits, place).ok()?;
+    let edits = shot.input.edits(1).ok();
+    let found = edits.and_then(|edits| shot.input.with_frame(&mut shot.stage, 1, edits, place).ok());
+    let Some(ContactsLeftOut { bodies, cut }) = found else { return Vec::new() };
+    let cut = cut.map(|(most, for_memory)| {
+        let message = format!("bodies that touch each other are looked for among no more than {most} flat faces");
+        let note = at_script(shot, Diagnostic { severity: Severity::Note, ..Diagnostic::warning(message) });
+        if for_memory { note.help("memory is left for no more: allow more with --memory") } else { note }
+    });
+    left_out_contacts(shot, &bodies).into_iter().chain(cut).collect()
+}
+
+/// A warning about bodies of the first frame that touch others and are not set apart from them.
+fn left_out_contacts(shot: &mut Shot, left_out: &[usize]) -> Option<Diagnostic> {
     let one = *left_out.first()?;
     let scene = shot.scene_of(1).ok()?;
     let label = |index: &usize| scene.entities.get(*index).map_or_else(String::new, |desc| desc.label(*index));

@@ -40,7 +40,7 @@ mod visibility;
 
 pub use animate::{Undo, animate, undo};
 pub use collect::collect;
-pub use contacts::{ContactNudges, contact_nudges, contacts_left_out};
+pub use contacts::{ContactNudges, ContactsLeftOut, contact_nudges, contacts_left_out};
 pub use hierarchy::update as update_hierarchy;
 pub use lights::{EmitterId, LightGroups};
 pub use origin::origin_for;

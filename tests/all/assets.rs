@@ -258,6 +258,33 @@ fn plans_of_benchmarks_measure_their_animation() {
     );
 }
 
+/// The robots of a benchmark have keys that programs which draw them never come to.
+#[test]
+fn keys_that_go_back_in_time_are_left_out_with_a_warning() {
+    let desk = Sandbox::new();
+    let shown = |count: u32, more: &str| {
+        desk.write(
+            "a.aff",
+            format!(
+                "v\nfrom 0 0 8\nat 0 0 0\nup 0 1 0\nangle 30\nhither 1\nresolution 16 16\nl 0 9 9\na 0 1 5\nk rise {{\n\
+                 transl {count}\n-1 0 -1 0 0 0 0\n0 0 0 0 0 0 0\n1 0 1 0 0 0 0\n{more}2 0 2 0 0 0 0\n}}\n\
+                 f 1 0 0 1 0 0 0 1\nx rise {{\ns 0 0 0 1\n}}\n"
+            ),
+        );
+        let run = desk.anim("a.aff --frames 3 -o out --force").ok();
+        (image::load_from_memory(&desk.read("out/a.0003.png")).unwrap().to_rgb8(), run.stderr)
+    };
+    let (plain, nothing) = shown(4, "");
+    assert!(!nothing.contains("warning"), "{nothing}");
+    let (same, said) = shown(6, "0.5 0 -9 0 0 0 0\n0.75 0 9 0 0 0 0\n");
+    assert!(same == plain && lit(&plain) > 0);
+    assert!(said.contains("a.aff:11:1: warning: 2 of 6 keys are not used"), "{said}");
+    shown(4, "");
+    let text = String::from_utf8(desk.read("a.aff")).unwrap();
+    desk.write("a.aff", text.replace("\n1 0 1 0 0 0 0", "\n-3 0 1 0 0 0 0"));
+    desk.anim("check a.aff").fails(3, &["a.aff:11:1:", "four keys at least, at rising times, and has 3"]);
+}
+
 /// A scene of meshes of every kind is the same to the byte however it is traced, and comes back as RON.
 #[test]
 fn meshes_of_several_materials_are_exact() {

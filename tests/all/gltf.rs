@@ -411,6 +411,19 @@ fn unbent_and_bent_meshes_are_where_they_should_be() {
 }
 
 #[test]
+fn scripts_measure_bent_meshes_where_a_clip_has_them() {
+    // The joints stand at 10, not where the node of the mesh is. The shape moves the square by its weight, here 1.
+    let wanted =
+        [("Skin", "min", [9.0, 0.0, 0.0]), ("Skin", "max", [10.0, 2.0, 0.0]), ("Face", "min", [10.0, 0.0, -4.0])];
+    for (node, end, wanted) in wanted {
+        let measured = format!("s.get(\"robot/Face\").translation = s.get(\"robot/{node}\").bounds.{end};");
+        let scene = played(&format!("s.get(\"robot\").play(\"Bend\", 1); {measured}"));
+        let found = transform(&scene, "robot/Face").translation;
+        assert!((found - DVec3::from_array(wanted)).length() < 1e-5, "{node} {end}: {found}");
+    }
+}
+
+#[test]
 fn groups_of_an_obj_are_entities() {
     let sandbox = Sandbox::new();
     let vase =

@@ -57,6 +57,21 @@ fn hostile_scripts_end_with_a_place() {
     assert_eq!(desk.files(), ["a.rhai"]);
 }
 
+/// Steps that are slow, each within its time: the script ends at one of them and is not run again to find out where.
+#[test]
+fn slow_steps_end_at_their_line() {
+    let desk = Sandbox::new();
+    let limits = "limits: #{ seconds: 1, operations: 2000000 }";
+    let slow = "loop {\n t.make_upper(); t.make_lower();\n }";
+    desk.write(
+        "a.rhai",
+        format!(
+            "animation(#{{ {limits} }});\nfn frame(s, f) {{\nlet t = \"ab\"; for i in 0..22 {{ t += t; }}\n{slow}\n}}\n"
+        ),
+    );
+    desk.anim("check a.rhai").fails(3, &["a.rhai:5:", "runs for too long: more than 1 s in one call"]);
+}
+
 #[test]
 fn too_many_functions_are_told_at_once() {
     let desk = Sandbox::new();

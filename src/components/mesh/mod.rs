@@ -62,6 +62,14 @@ impl Default for Mesh {
 }
 
 impl Mesh {
+    /// The triangles that the mesh shows of these data: those of its group, or all.
+    pub fn shown_triangles<'a>(&self, data: &'a MeshData) -> Box<dyn Iterator<Item = [u32; 3]> + 'a> {
+        match self.group.as_deref().and_then(|name| data.group(name)) {
+            Some(set) => Box::new(set.triangles().map(|t| data.triangles[t as usize])),
+            None => Box::new(data.triangles.iter().copied()),
+        }
+    }
+
     /// The fields that a scene may give.
     pub const FIELDS: &'static [&'static str] = &[
         "file",

@@ -172,20 +172,19 @@ impl Reader {
         if count == 0 {
             return self.fail(scan, word, "`tpa` needs a time at least");
         }
-        let (mut times, mut rows) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        let mut keys = Vec::with_capacity(count);
         for _ in 0..count {
-            times.push(self.number(scan)?);
+            let time = self.number(scan)?;
             let mut row = [[Vec3::ZERO; 3]; 2];
             let [points, normals] = &mut row;
             for (point, normal) in points.iter_mut().zip(normals) {
                 *point = self.vector(scan)?.as_vec3();
                 *normal = self.vector(scan)?.as_vec3();
             }
-            rows.push(row);
+            keys.push((time, row));
         }
-        if !times.windows(2).all(|pair| pair[0] <= pair[1]) {
-            return self.fail(scan, word, "the times of keys must rise");
-        }
+        let (times, rows): (Vec<f64>, Vec<_>) = self.rising(scan, word, keys, |(time, _)| *time).into_iter().unzip();
+        let count = times.len();
         let material = self.worn(None);
         let moving = &mut self.pieces.moving;
         let place = moving.iter().rposition(|m| m.material == material && m.times == times).unwrap_or_else(|| {

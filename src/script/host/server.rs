@@ -26,6 +26,10 @@ static STEP: AtomicU64 = AtomicU64::new(0);
 /// Seconds of processor time that a run may take.
 static SECONDS: AtomicU64 = AtomicU64::new(limits::SCRIPT_SECONDS + limits::SCRIPT_SECONDS_OF_GRACE);
 
+/// When the run began that has had the time of a call: it ends at its next step, and the process with it if there is none
+/// soon.
+static LATE: AtomicU64 = AtomicU64::new(0);
+
 /// How often the watching thread looks.
 const GLANCE: Duration = Duration::from_millis(100);
 
@@ -44,10 +48,14 @@ pub fn serve() -> ExitCode {
             return ExitCode::FAILURE;
         }
         let since = RUNNING_SINCE.load(Ordering::Relaxed);
-        let allowed = Duration::from_secs(SECONDS.load(Ordering::Relaxed)).as_nanos() as u64;
-        if since > 0 && now().saturating_sub(since) > allowed {
+        let allowed = SECONDS.load(Ordering::Relaxed);
+        let has_run = |seconds: u64| now().saturating_sub(since) > Duration::from_secs(seconds).as_nanos() as u64;
+        if since > 0 && has_run(allowed) {
             say(&Reply::<bool>::Overdue(STEP.load(Ordering::Relaxed)), &mut Encoder::default());
             return ExitCode::FAILURE;
+        }
+        if since > 0 && has_run(allowed.saturating_sub(limits::SCRIPT_SECONDS_OF_GRACE)) {
+            LATE.store(since, Ordering::Relaxed);
         }
     }
     match work.join() {
@@ -89,6 +97,7 @@ fn work() -> io::Result<()> {
     let mut input = io::stdin().lock();
     let mut session = Session::default();
     sandbox::show_steps(&STEP);
+    sandbox::heed(&RUNNING_SINCE, &LATE);
     sandbox::tell_of_calls(restart);
     sandbox::tell_of_limits(raise);
     while let Some(message) = receive(&mut input)? {

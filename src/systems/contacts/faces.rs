@@ -178,6 +178,7 @@ impl Contacts {
         // Where there are too many to compare, every face may be near something.
         let few = meshes.len() * self.bodies.len() <= limits::CONTACT_PAIRS;
         if !few && meshes.iter().map(count).sum::<usize>() > self.most_faces {
+            self.is_cut = true;
             return;
         }
         for mesh in meshes {
@@ -201,6 +202,7 @@ impl Contacts {
                     }
                     if self.faces.len() > self.most_faces {
                         self.faces.truncate(before);
+                        self.is_cut = true;
                         zone = Zone::Nowhere;
                         break 'mesh;
                     }

@@ -27,13 +27,16 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use self::faces::{FlatFace, TouchingBody, TouchingMesh};
 use super::stage::Stage;
-use crate::base::limits;
+use crate::base::{limits, memory};
 
 /// How far a body moves, as a share of its size and of its distance from the origin of the space that is traced: some
 /// twenty times what coordinates are rounded by.
 const STEP: f64 = 1.5e-5;
 /// Planes that differ by less than this, as a share of the same, are one.
 const SAME_PLANE: f64 = 4e-7;
+/// Memory of one face while contacts are looked for: itself and its outline, in a list that doubles, and its place among
+/// those of its plane.
+const FACE_BYTES: u64 = 400;
 /// Steps that a surface moves at most if it lies behind several others.
 const MOST_STEPS: usize = 8;
 
@@ -68,23 +71,46 @@ pub fn contact_nudges(stage: &Stage) -> ContactNudges {
     nudges_within(stage, limits::CONTACT_FACES, limits::CONTACT_TESTS)
 }
 
-/// Authored indices of bodies that touch others and are not moved as they should be, since there are too many faces to
-/// look at all of them whenever a frame is rendered. The World is to be placed.
-pub fn contacts_left_out(stage: &Stage) -> Vec<usize> {
-    let all = nudges_within(stage, limits::CONTACT_FACES_CHECKED, limits::CONTACT_TESTS_CHECKED);
-    contact_nudges(stage).differing(&all).collect()
+/// Bodies that touch others and are not moved as they should be, since there are too many faces to look at all of them
+/// whenever a frame is rendered.
+#[derive(Debug, PartialEq)]
+pub struct ContactsLeftOut {
+    /// Authored indices, ascending.
+    pub bodies: Vec<usize>,
+    /// Where not all faces could be looked at: how many may be, and whether it is memory that leaves room for no more.
+    pub cut: Option<(usize, bool)>,
+}
+
+/// Finds the bodies that rendering leaves out. The World is to be placed.
+pub fn contacts_left_out(stage: &Stage) -> ContactsLeftOut {
+    left_out_within(stage, memory::left())
+}
+
+fn left_out_within(stage: &Stage, bytes: Option<u64>) -> ContactsLeftOut {
+    let room = bytes.map_or(usize::MAX, |bytes| (bytes / FACE_BYTES) as usize);
+    // Rendering looks at so many as well.
+    let most = room.clamp(limits::CONTACT_FACES, limits::CONTACT_FACES_CHECKED);
+    let (all, is_whole) = search(stage, most, limits::CONTACT_TESTS_CHECKED);
+    let bodies = contact_nudges(stage).differing(&all).collect();
+    ContactsLeftOut { bodies, cut: (!is_whole).then_some((most, most < limits::CONTACT_FACES_CHECKED)) }
 }
 
 fn nudges_within(stage: &Stage, most_faces: usize, most_tests: usize) -> ContactNudges {
+    search(stage, most_faces, most_tests).0
+}
+
+/// What follows from the contacts among at most so many faces, and whether these are all that there are.
+fn search(stage: &Stage, most_faces: usize, most_tests: usize) -> (ContactNudges, bool) {
     let mut found = Contacts { most_faces, most_tests, ..Contacts::default() };
     // Nothing fails in what is only looked at.
     let gathered = found.gather(stage);
     if gathered.is_err() || found.faces.len() > most_faces {
-        return ContactNudges::default();
+        return (ContactNudges::default(), false);
     }
+    let is_whole = !found.is_cut;
     found.find_flat();
     found.find_spheres();
-    found.resolve()
+    (found.resolve(), is_whole)
 }
 
 #[derive(Default)]
@@ -92,6 +118,8 @@ struct Contacts {
     /// Faces that are looked at, and pairs of them.
     most_faces: usize,
     most_tests: usize,
+    /// Whether a mesh was left out for its faces.
+    is_cut: bool,
     bodies: Vec<TouchingBody>,
     faces: Vec<FlatFace>,
     meshes: Vec<TouchingMesh>,

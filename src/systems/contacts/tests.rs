@@ -2,7 +2,9 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 
-use super::{ContactNudges, contact_nudges, contacts_left_out, nudges_within};
+use super::{
+    ContactNudges, ContactsLeftOut, FACE_BYTES, contact_nudges, contacts_left_out, left_out_within, nudges_within,
+};
 use crate::base::limits;
 use crate::components::*;
 use crate::systems::{spawn, update_hierarchy};
@@ -61,13 +63,36 @@ fn contacts_beyond_the_caps_are_known() {
         };
         let mut stage = spawn(scene).unwrap();
         update_hierarchy(&mut stage).unwrap();
-        assert_eq!(contacts_left_out(&stage), [] as [usize; 0]);
+        assert_eq!(contacts_left_out(&stage), ContactsLeftOut { bodies: vec![], cut: None });
         let capped = nudges_within(&stage, most_faces, limits::CONTACT_TESTS);
         capped.differing(&contact_nudges(&stage)).collect::<Vec<_>>()
     };
     // Six faces of the block, and the plane.
     assert_eq!((differing(0.0, 7), differing(0.0, 6)), (vec![], vec![0]));
     assert_eq!(differing(0.1, 6), [] as [usize; 0], "above the plane");
+}
+
+/// What is looked for follows from the memory that is left, and never goes below what rendering looks at.
+#[test]
+fn contacts_are_looked_for_in_the_memory_that_is_left() {
+    // Two floors near each other, together of more faces than rendering looks at, and a block on the upper one.
+    let height = 5e-5;
+    let floors = [0.0, height].map(|y| {
+        let transform = Transform { translation: DVec3::new(0.0, y, 0.0), ..Transform::default() };
+        EntityDesc::new([floor(200).into(), transform.into()])
+    });
+    let scene = Scene {
+        materials: vec![("glass".into(), Material { model: Model::Dielectric, ..Material::default() })],
+        entities: floors.into_iter().chain([block(height)]).collect(),
+        ..Scene::default()
+    };
+    let mut stage = spawn(scene).unwrap();
+    update_hierarchy(&mut stage).unwrap();
+    let faces = 2 * 2 * 200 * 200 + 6;
+    let within = |faces: usize| left_out_within(&stage, Some(faces as u64 * FACE_BYTES));
+    assert_eq!(within(faces), ContactsLeftOut { bodies: vec![2], cut: None });
+    assert_eq!(within(faces - 1), ContactsLeftOut { bodies: vec![], cut: Some((faces - 1, true)) });
+    assert_eq!(within(0), ContactsLeftOut { bodies: vec![], cut: Some((limits::CONTACT_FACES, true)) });
 }
 
 #[test]
