@@ -15,7 +15,7 @@ use look::name_of_part;
 
 use super::progress::{Mode, Progress};
 use super::{Exit, InputArguments, exit_code, film, frames, print, say, say_printed, usage};
-use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, Severity};
 use crate::base::limits;
 #[cfg(feature = "preview")]
 use crate::base::project::Project;
@@ -321,7 +321,8 @@ fn warn(arguments: &RenderArguments, shot: &mut Shot, plan: &Plan) -> Result<(),
         return Ok(());
     }
     let mut found = advice::quick_advice(shot, plan);
-    if arguments.wanted.input.strict && !found.0.is_empty() {
+    let is_warned = found.0.iter().any(|one| one.severity == Severity::Warning);
+    if arguments.wanted.input.strict && is_warned {
         return Err(found.refused());
     }
     let more = found.0.len().saturating_sub(WARNINGS);

@@ -207,10 +207,10 @@ pub fn words_of(error: &ParseError, at: Position, text: &str, vocabulary: &Vocab
     if let ParseErrorType::AssignmentToInvalidLHS(_) = error.err_type() {
         // Something is assigned to what a function gives, which there may not even be.
         let called: String = word.clone().collect();
-        if !called.is_empty()
-            && (!vocabulary.has_function(&called) || by_meaning(&called, &["get", "material"]).is_some())
-        {
-            return (format!("a scene has no function `{called}`"), vocabulary.nearest_function(&called));
+        let meant = by_meaning(&called, &["get", "material"]).map(|(word, _)| format!("did you mean `{word}`?"));
+        if !called.is_empty() && (meant.is_some() || !vocabulary.has_function(&called)) {
+            let help = meant.or_else(|| vocabulary.nearest_function(&called));
+            return (format!("a scene has no function `{called}`"), help);
         }
     }
     let near: String = word.filter(|_| !is_method).collect();
