@@ -236,7 +236,7 @@ mod tests {
     fn parts_hold_what_a_change_reaches_and_little_else() {
         let size = [1600, 160];
         let before = noisy(size, |_, _| 1).layers.halves;
-        let now = noisy(size, |x, y| u64::from(!(5..=1590).contains(&x) && y < 5)).layers.halves;
+        let now = noisy(size, |x, y| 1 + u64::from(!(5..=1590).contains(&x) && y < 5)).layers.halves;
         let found = parts(size, &before, &now).unwrap();
         assert_eq!(found.len(), 2);
         for (x, y) in [(0, 0), (4 + DENOISE_REACH, 4 + DENOISE_REACH), (1599, 0), (1591 - DENOISE_REACH, 3)] {

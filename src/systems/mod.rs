@@ -23,6 +23,7 @@ mod environment;
 mod extract;
 mod hierarchy;
 mod lens;
+mod light_sum;
 mod lights;
 mod open_window;
 mod origin;
@@ -42,12 +43,11 @@ pub use animate::{Undo, animate, undo};
 pub use collect::collect;
 pub use contacts::{ContactNudges, ContactsLeftOut, contact_nudges, contacts_left_out};
 pub use hierarchy::update as update_hierarchy;
+pub use light_sum::weighted_sum;
 pub use lights::{EmitterId, LightGroups};
 pub use origin::origin_for;
 pub use previous_frame::PreviousFrame;
-pub use render::{
-    FrameStats, PartialFrame, TileSink, bytes_of_pixel, check, forget, render, render_samples, weighted_sum,
-};
+pub use render::{FrameStats, PartialFrame, TileSink, bytes_of_pixel, check, forget, render, render_samples};
 pub use reuse_bounds::{ReuseBounds, affected_entities, all_reuse_bounds, reuse_bounds};
 pub use spawn::spawn;
 pub use stage::{LoadedFiles, Stage};

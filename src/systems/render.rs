@@ -4,9 +4,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
-use glam::Vec3;
-use rayon::prelude::*;
-
 use super::lights::LightGroups;
 use super::stage::{DerivedCache, Stage};
 use super::static_camera::{CachedTile, StaticCameraCache};
@@ -161,17 +158,6 @@ impl PartialFrame {
 /// What is accumulated beside the colours belongs to the first light group.
 fn options_of(options: AccumulatorOptions, pass: usize) -> AccumulatorOptions {
     if pass == 0 { options } else { AccumulatorOptions { moments: false, features: false, halves: false, ..options } }
-}
-
-/// The frame that light groups add up to, each but the first times its factor, in their order.
-pub fn weighted_sum(first: &Film, others: &[Film], factors: &[Vec3]) -> Film {
-    let mut film = first.clone();
-    for (other, factor) in others.iter().zip(factors) {
-        for (sum, color) in film.pixels.iter_mut().zip(&other.pixels) {
-            *sum = (Vec3::from(*sum) + Vec3::from(*color) * *factor).to_array();
-        }
-    }
-    film
 }
 
 impl FrameAccumulators {
