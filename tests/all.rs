@@ -79,3 +79,5 @@ mod vectors;
 mod version;
 #[path = "all/visibility.rs"]
 mod visibility;
+#[path = "all/warnings.rs"]
+mod warnings;

@@ -15,7 +15,7 @@ use std::sync::Arc;
 use serde_json::{Map, Value};
 
 use super::limits;
-use super::synonyms::by_meaning;
+use super::synonyms::{by_meaning, by_parts};
 
 /// Whether a diagnostic stops what it is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -304,6 +304,15 @@ impl Diagnostics {
         Diagnostics(said.into_iter().map(note).chain(self.0).collect())
     }
 
+    /// The same with every warning as an error.
+    pub fn refused(self) -> Self {
+        let refused = |one: Diagnostic| match one.severity {
+            Severity::Warning => Diagnostic { severity: Severity::Error, ..one },
+            Severity::Error | Severity::Note => one,
+        };
+        Diagnostics(self.0.into_iter().map(refused).collect())
+    }
+
     /// Whether one of them is an error.
     pub fn has_errors(&self) -> bool {
         self.0.iter().any(Diagnostic::is_error)
@@ -347,13 +356,17 @@ impl fmt::Display for Diagnostics {
 pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let found = found.to_lowercase();
     let score = |word: &str| strsim::damerau_levenshtein(&found, &word.to_lowercase());
-    // Of short words almost any other is two letters away.
-    let limit = match found.chars().count() {
-        0..=3 => 1,
-        count => count / 3 + 1,
-    };
+    let letters = found.chars().count();
     let best = known.into_iter().map(|word| (score(word), word)).min_by_key(|(distance, _)| *distance)?;
-    (best.0 <= limit && best.0 < found.chars().count().max(2)).then_some(best.1)
+    // Of short words almost any other is two letters away, and hardly anybody slips at the first.
+    let starts_alike = best.1.to_lowercase().chars().next() == found.chars().next();
+    let limit = match letters {
+        0..=3 => 1,
+        4..=8 => 1 + usize::from(starts_alike),
+        _ => letters / 3,
+    };
+    // A letter alone is meant by a word that begins with it, at most.
+    (best.0 <= limit && (best.0 < letters || starts_alike)).then_some(best.1)
 }
 
 /// "did you mean `x`?" for the known word that is meant, by its letters or by its meaning.
@@ -363,11 +376,20 @@ pub fn did_you_mean(found: &str, known: &[&str]) -> Option<String> {
     let is_slip = |word: &&str| {
         found.chars().count() > 3 && strsim::damerau_levenshtein(&found.to_lowercase(), &word.to_lowercase()) <= 1
     };
-    match (close.filter(is_slip), by_meaning(found, known)) {
-        (None, Some((word, ""))) => Some(format!("did you mean `{word}`?")),
-        (None, Some((word, note))) => Some(format!("did you mean `{word}`? ({note})")),
-        _ => close.map(|word| format!("did you mean `{word}`?")),
+    let meant =
+        || by_meaning(found, known).or_else(|| Some((begun(found, known)?, ""))).or_else(|| by_parts(found, known));
+    match close.filter(is_slip).map(|word| (word, "")).or_else(meant).or(close.map(|word| (word, ""))) {
+        Some((word, "")) => Some(format!("did you mean `{word}`?")),
+        Some((word, note)) => Some(format!("did you mean `{word}`? ({note})")),
+        None => None,
     }
+}
+
+/// The one word that begins with four letters or more that were found.
+fn begun<'a>(found: &str, known: &[&'a str]) -> Option<&'a str> {
+    let found = found.to_lowercase();
+    let mut longer = known.iter().filter(|word| found.len() > 3 && word.to_lowercase().starts_with(&found));
+    longer.next().copied().filter(|_| longer.next().is_none())
 }
 
 /// "did you mean `x`?", or the list of all known words if none is near and the list is short.
@@ -439,5 +461,8 @@ mod tests {
         assert_eq!(nearest("raduis", words), Some("radius"));
         assert_eq!(nearest("banana", words), None);
         assert_eq!(nearest("x", words), None);
+        assert_eq!(nearest("x", ["k", "eta"]), None);
+        assert_eq!(nearest("hide", ["while", "wide"]), Some("wide"));
+        assert_eq!(nearest("rotate", ["state", "translation"]), None);
     }
 }

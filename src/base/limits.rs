@@ -201,6 +201,8 @@ pub const SCRIPT_STACK: usize = 64 << 20;
 pub const SCRIPT_MESSAGE: u64 = 1 << 30;
 /// Modules that import each other in a row: nobody reads deeper ones.
 pub const SCRIPT_MODULE_DEPTH: usize = 16;
+/// Tables whose columns are held against properties of rows that turn out to be nothing: nobody reads more of them.
+pub const SCRIPT_TABLES: usize = 64;
 /// Modules of one script.
 pub const SCRIPT_MODULES: usize = 256;
 /// Entities that one script function call may spawn: a second's work.

@@ -83,11 +83,7 @@ fn refuse_warnings(
     if !arguments.strict || said.0.iter().all(|one| one.severity != Severity::Warning) {
         return Ok(answer);
     }
-    let refused = std::mem::take(said).0.into_iter().map(|one| match one.severity {
-        Severity::Warning => Diagnostic { severity: Severity::Error, ..one },
-        Severity::Error | Severity::Note => one,
-    });
-    Err(Diagnostics(refused.collect()))
+    Err(std::mem::take(said).refused())
 }
 
 /// Evaluates all frames of an input, and says what it is if it is good. Warnings go to `said`.

@@ -8,6 +8,7 @@
 //! | `scenes`, `set` | `anim dump` and `anim convert`; values of a scene file, in place |
 //! | `pack`, `farm`, `merge` | other machines |
 //! | `guide` | the reference, completions, manual pages |
+//! | `first_word` | which command is meant |
 //! | `frames`, `progress`, `lanes`, `threads` | the grammar of `--frames`, progress on stderr, what holds for the whole program |
 //!
 //! Raw flags are resolved here, once, into what the program works with. Results go to stdout; diagnostics and progress
@@ -18,6 +19,7 @@ mod check;
 mod diff;
 mod farm;
 mod film;
+mod first_word;
 mod frames;
 mod guide;
 mod lanes;
@@ -45,6 +47,7 @@ use std::process::ExitCode;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use clap::{Parser, Subcommand};
+use first_word::{unknown_command, with_default_command};
 
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
 use crate::base::memory;
@@ -131,30 +134,6 @@ impl Command {
     }
 }
 
-const COMMANDS: [&str; 21] = [
-    "render",
-    "check",
-    "plan",
-    "pack",
-    "status",
-    "farm",
-    "merge",
-    "film",
-    "sheet",
-    "dump",
-    "convert",
-    "set",
-    "preview",
-    "watch",
-    "diff",
-    "test",
-    "info",
-    "guide",
-    "completions",
-    "man",
-    "help",
-];
-
 /// What an input is and how it is read; shared by the commands that open one.
 #[derive(Clone, clap::Args)]
 struct InputArguments {
@@ -164,7 +143,7 @@ struct InputArguments {
     /// Give a parameter of the script a value, or a limit of it, as in limits.operations=1e9; may be repeated
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]
     defines: Vec<(String, String)>,
-    /// Refuse what a tolerant reader of NFF and P3F skips with a warning
+    /// Refuse whatever is warned of: what a tolerant reader skips, and what `anim check` warns of where frames are rendered
     #[arg(long)]
     strict: bool,
     /// Write what the script prints to a file instead of stderr
@@ -300,6 +279,10 @@ pub fn main(arguments: Vec<OsString>) -> ExitCode {
     if arguments.get(1).is_some_and(|word| word == HOST_WORD) {
         return host::serve();
     }
+    if let Some(problem) = unknown_command(&arguments) {
+        say(&problem.into());
+        return ExitCode::from(Exit::Usage as u8);
+    }
     let parsed = match Arguments::try_parse_from(with_default_command(arguments)) {
         Ok(parsed) => parsed,
         Err(error) => return ExitCode::from(told(&error)),
@@ -361,16 +344,6 @@ fn told(error: &clap::Error) -> u8 {
         }
         _ => error.exit_code() as u8,
     }
-}
-
-/// `anim S.rhai ...` is `anim render S.rhai ...`.
-fn with_default_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
-    let first = arguments.get(1).and_then(|a| a.to_str()).unwrap_or("--help").to_string();
-    let known = COMMANDS.contains(&first.as_str()) || ["-h", "--help", "-V", "--version"].contains(&first.as_str());
-    if !known {
-        arguments.insert(1, "render".into());
-    }
-    arguments
 }
 
 /// The worst cause decides: an interruption, then usage, then reading and writing, then the input.

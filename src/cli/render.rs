@@ -15,14 +15,14 @@ use look::name_of_part;
 
 use super::progress::{Mode, Progress};
 use super::{Exit, InputArguments, exit_code, film, frames, print, say, say_printed, usage};
-use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics};
+use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, Severity};
 use crate::base::limits;
 #[cfg(feature = "preview")]
 use crate::base::project::Project;
 use crate::output::{FileState, FilmFormat, names};
 use crate::shot::plan::Plan;
 use crate::shot::run::{self, Event, FrameSource, Report, ReusePolicy};
-use crate::shot::{self, Shot};
+use crate::shot::{self, Shot, advice};
 use crate::trace::simd::Width;
 
 /// Which frames, how they look, and where they go: what decides the plan.
@@ -59,6 +59,7 @@ impl RenderArguments {
             threads: None,
             stats: None,
             progress,
+            quiet: true,
         }
     }
 
@@ -130,6 +131,9 @@ pub struct RenderArguments {
     /// How progress is shown on stderr
     #[arg(long, value_enum, default_value = "auto")]
     progress: Mode,
+    /// Say nothing of what is most likely not meant: settings that count for nothing, no light, nothing that moves
+    #[arg(long, conflicts_with = "strict")]
+    quiet: bool,
 }
 
 impl RenderArguments {
@@ -281,6 +285,7 @@ pub fn render(
         plan.force();
     }
     say(&plan.summary());
+    warn(arguments, shot, &plan)?;
     let policy = ReusePolicy { reuse: !arguments.no_reuse, memory: arguments.reuse_memory };
     let wanted = plan.frames.len();
     let kept = plan.frames.iter().filter(|planned| planned.state == FileState::Done).count();
@@ -304,6 +309,29 @@ pub fn render(
         return Ok(Exit::Interrupted);
     }
     Ok(outcome(&plan, &ending.failed, written + kept))
+}
+
+/// Warnings that are shown before frames are rendered.
+const WARNINGS: usize = 8;
+
+/// Says what is most likely not meant in what is going to be rendered; with `--strict` that is wrong.
+fn warn(arguments: &RenderArguments, shot: &mut Shot, plan: &Plan) -> Result<(), Diagnostics> {
+    let is_done = plan.frames.iter().all(|planned| planned.state == FileState::Done);
+    if arguments.quiet || is_done {
+        return Ok(());
+    }
+    let mut found = advice::quick_advice(shot, plan);
+    let is_warned = found.0.iter().any(|one| one.severity == Severity::Warning);
+    if arguments.wanted.input.strict && is_warned {
+        return Err(found.refused());
+    }
+    let more = found.0.len().saturating_sub(WARNINGS);
+    found.0.truncate(WARNINGS);
+    say(&found);
+    if more > 0 {
+        super::note(&format!("{more} more warnings: anim check {}", arguments.wanted.input.input.display()));
+    }
+    Ok(())
 }
 
 /// Shows what happens, and gives the number of a frame that is whole now.

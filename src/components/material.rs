@@ -28,6 +28,81 @@ choice! {
     }
 }
 
+impl Model {
+    /// All of them, in the order of their declaration.
+    pub const ALL: [Model; 7] = [
+        Model::BlinnPhong,
+        Model::Lambert,
+        Model::Conductor,
+        Model::Dielectric,
+        Model::Plastic,
+        Model::Principled,
+        Model::Unlit,
+    ];
+
+    /// Fields of a material that this model looks at, of those that not all models do.
+    pub const fn fields(self) -> &'static [&'static str] {
+        match self {
+            Model::BlinnPhong => &[
+                "color",
+                "diffuse",
+                "specular_color",
+                "specular",
+                "shininess",
+                "reflection",
+                "gloss",
+                "transmission",
+                "ior",
+                "priority",
+                "absorption",
+                "color_map",
+                "specular_map",
+                "roughness_map",
+                "transmission_map",
+            ],
+            Model::Lambert => &["color", "diffuse", "color_map"],
+            Model::Conductor => &["color", "roughness", "eta", "k", "color_map", "roughness_map"],
+            // Whitted pictures tint what polished glass mirrors.
+            Model::Dielectric => &[
+                "specular_color",
+                "ior",
+                "priority",
+                "roughness",
+                "absorption",
+                "specular_map",
+                "roughness_map",
+                "transmission_map",
+            ],
+            Model::Plastic => &["color", "diffuse", "ior", "roughness", "color_map", "roughness_map"],
+            Model::Principled => &[
+                "color",
+                "specular_color",
+                "reflection",
+                "transmission",
+                "ior",
+                "priority",
+                "metallic",
+                "thin",
+                "roughness",
+                "absorption",
+                "color_map",
+                "specular_map",
+                "reflection_map",
+                "roughness_map",
+                "metallic_map",
+                "transmission_map",
+            ],
+            Model::Unlit => &["color", "color_map"],
+        }
+    }
+
+    /// Whether a field of a material is looked at by some models and not by others.
+    pub fn is_for_some(field: &str) -> bool {
+        let uses = |model: &Model| model.fields().contains(&field);
+        Model::ALL.iter().any(uses) && !Model::ALL.iter().all(uses)
+    }
+}
+
 record! {
     /// What a surface is made of.
     ///
@@ -85,7 +160,8 @@ record! {
         /// What the inside of a transparent body swallows per world unit: light is dimmed by e^(-`absorption` * way).
         pub absorption: DVec3 = DVec3::ZERO,
         /// Radiance that the surface sends out by itself, to the sides that it shows. A lamp of `color` c with inverse
-        /// square falloff and area A has radiance c * pi / A. Spheres, triangles, meshes and boxes that shine light
+        /// square falloff and area A has radiance c * pi / A. Spheres, triangles, meshes and boxes
+        /// that shine light what is around them.
         pub emission: DVec3 = DVec3::ZERO => EmittedColor,
         /// Whether opaque surfaces show and stop rays on both sides. Transparent ones always do.
         pub two_sided: bool = true,

@@ -13,6 +13,7 @@ pub mod daylight;
 pub mod entity;
 pub mod film;
 pub mod fog;
+pub mod homes;
 pub mod light;
 pub mod material;
 pub mod mesh;

@@ -82,7 +82,14 @@ pub fn map_of(record: &dyn Record) -> Value {
 /// The value is no map, or one of its entries is no field or has another shape.
 pub fn set_from_map(record: &mut dyn Record, what: &str, value: &Value) -> Result<(), Mismatch> {
     let Value::Map(entries) = value else {
-        return Err(Mismatch::new(&format!("a map of the fields of {what}"), value));
+        let mismatch = Mismatch::new(&format!("a map of the fields of {what}"), value);
+        let mut help = None;
+        if let Value::Text(file) = value
+            && record.fields().contains(&"image")
+        {
+            help = Some(format!("write #{{ image: \"{file}\" }}"));
+        }
+        return Err(Mismatch { help, ..mismatch });
     };
     for (field, value) in entries {
         record.set(field, value).map_err(|error| match error {
@@ -210,14 +217,17 @@ pub(crate) use class;
 
 /// Declares a setting that is one word out of a few.
 macro_rules! choice {
-    ($(#[$meta:meta])* pub enum $name:ident { $( $(#[$variant_meta:meta])* $variant:ident, )* }) => {
+    ($(#[$meta:meta])* pub enum $name:ident { $( $(#[doc = $doc:literal])* $variant:ident, )* }) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
-        pub enum $name { $( $(#[$variant_meta])* $variant, )* }
+        pub enum $name { $( $(#[doc = $doc])* $variant, )* }
 
         impl $name {
             /// The words as they are written in a scene.
             pub const NAMES: &'static [&'static str] = &[$( stringify!($variant) ),*];
+
+            /// What each of them means, in the same order.
+            pub const DOCS: &'static [&'static str] = &[$( concat!($($doc, "\n"),*) ),*];
 
             /// The word of this choice.
             pub fn name(self) -> &'static str {

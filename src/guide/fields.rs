@@ -1,6 +1,6 @@
 //! Records as the reference shows them: every field with its kind, its default and an example.
 
-use super::{Block, CodeKind, GuideEntry};
+use super::{Block, CodeKind, GuideEntry, field_examples};
 use crate::components::*;
 
 /// A record with its fields.
@@ -21,8 +21,12 @@ pub struct FieldReference {
     pub text: String,
     /// What its value is, in words.
     pub kind: String,
-    /// Words that it may be, where it is one of a few.
-    pub choices: Vec<String>,
+    /// Words that it may be, where it is one of a few, each with what it means.
+    pub choices: Vec<(String, String)>,
+    /// The unit of its numbers; empty where it holds none.
+    pub unit: &'static str,
+    /// What its numbers may be, in words; empty where it holds none.
+    pub range: String,
     /// What it is where a scene does not give it.
     pub default: Value,
     /// The value in a scene.
@@ -142,13 +146,59 @@ fn example_of(record: &dyn Record, field: &str, default: &Value, kind: &str, cho
     fitting.or(shaped).map_or_else(|| "(pattern: Checker)".into(), |value| in_ron(&value, kind))
 }
 
+/// Every setting that is one word out of a few: the words, and what they mean.
+const CHOICES: [(&[&str], &[&str]); 19] = [
+    (Accel::NAMES, Accel::DOCS),
+    (Aov::NAMES, Aov::DOCS),
+    (Channel::NAMES, Channel::DOCS),
+    (Encoding::NAMES, Encoding::DOCS),
+    (Falloff::NAMES, Falloff::DOCS),
+    (Filter::NAMES, Filter::DOCS),
+    (Fresnel::NAMES, Fresnel::DOCS),
+    (Integrator::NAMES, Integrator::DOCS),
+    (Lens::NAMES, Lens::DOCS),
+    (LightSampler::NAMES, LightSampler::DOCS),
+    (Model::NAMES, Model::DOCS),
+    (Pattern::NAMES, Pattern::DOCS),
+    (Projection::NAMES, Projection::DOCS),
+    (Shadows::NAMES, Shadows::DOCS),
+    (Space::NAMES, Space::DOCS),
+    (TexelFilter::NAMES, TexelFilter::DOCS),
+    (ToneMap::NAMES, ToneMap::DOCS),
+    (Transfer::NAMES, Transfer::DOCS),
+    (Wrap::NAMES, Wrap::DOCS),
+];
+
+/// Words that a field may be, with what each means.
+fn with_meanings(words: Vec<String>) -> Vec<(String, String)> {
+    let known = CHOICES.iter().find(|(names, _)| names.iter().eq(words.iter()));
+    let meaning = |i: usize| known.map_or(String::new(), |(_, docs)| plain(docs[i]));
+    words.into_iter().enumerate().map(|(i, word)| (word, meaning(i))).collect()
+}
+
+/// What is said of a model of materials beside its meaning: the fields that it looks at.
+fn fields_of_model(word: &str) -> String {
+    let Some(model) = Model::parse(word) else { return String::new() };
+    let fields: Vec<String> = model.fields().iter().map(|field| format!("`{field}`")).collect();
+    format!(" Of the fields that not all models have it looks at {}.", fields.join(", "))
+}
+
 /// A record by its name in a scene.
 pub fn reference(name: &'static str, record: &dyn Record) -> RecordReference {
+    // A texture is one only with something to show.
+    let pattern = Texture { pattern: Some(Pattern::Checker), ..Texture::default() };
+    let probed: &dyn Record = if name == "texture" { &pattern } else { record };
     let fields = record.fields().iter().zip(record.field_docs()).map(|(field, docs)| {
         let (kind, choices) = kind_of(record, field);
         let default = record.get(field).unwrap_or(Value::Unit);
-        let example = example_of(record, field, &default, &kind, &choices);
-        FieldReference { name: field, text: plain(docs), kind, choices, default, example }
+        let example = match field_examples::value_of(name, field) {
+            Some(value) => value.to_string(),
+            None => example_of(record, field, &default, &kind, &choices),
+        };
+        let unit = field_examples::unit_of(name, field);
+        let range = field_examples::range_of(probed, field, &kind);
+        let choices = with_meanings(choices);
+        FieldReference { name: field, text: plain(docs), kind, choices, unit, range, default, example }
     });
     RecordReference { name, about: plain(record.docs()), fields: fields.collect() }
 }
@@ -180,10 +230,21 @@ pub fn blocks(record: &RecordReference) -> Vec<Block> {
         };
         Block::GuideEntry(GuideEntry {
             forms: vec![field.name.to_string()],
-            kind: field.kind.clone(),
+            kind: [field.kind.as_str(), field.unit, field.range.as_str()]
+                .into_iter()
+                .filter(|part| !part.is_empty())
+                .collect::<Vec<_>>()
+                .join(", "),
             default,
             text: field.text.clone(),
-            arguments: Vec::new(),
+            arguments: field
+                .choices
+                .iter()
+                .map(|(word, meaning)| {
+                    let more = if field.name == "model" { fields_of_model(word) } else { String::new() };
+                    (word.clone(), format!("{meaning}{more}"))
+                })
+                .collect(),
             example: Some((CodeKind::Scene, format!("{}: {}", field.name, field.example))),
         })
     }));

@@ -63,7 +63,9 @@ fn shape_of_kind(kind: &str) -> Value {
 
 fn field(field: &FieldReference) -> Value {
     let shape = match &field.default {
-        _ if !field.choices.is_empty() => json!({ "enum": field.choices }),
+        _ if !field.choices.is_empty() => {
+            json!({ "enum": field.choices.iter().map(|(word, _)| word).collect::<Vec<_>>() })
+        }
         components::Value::Bool(_) => json!({ "type": "boolean" }),
         components::Value::Int(_) => json!({ "type": "integer" }),
         components::Value::Number(_) => json!({ "type": "number" }),

@@ -39,16 +39,43 @@ pub const TRAPS: &[(&str, &str)] = &[
         "let a = [1, 2];\nlet b = a;\nb.push(3);\na.len()                 // 2",
     ),
     (
-        "A map that lacks a name gives () for it, without a word. `in` asks whether it is there, `??` gives another value.",
+        "A map that lacks a name gives () for it, without a word, a misspelt column of a row too. `in` asks whether it is \
+         there, `??` gives another value.",
         "let m = #{ size: 2 };\nm.colour ?? \"none\"       // \"none\"\n\"size\" in m             // true",
     ),
+    (
+        "`floor` rounds down, `ceiling` up, `round` to the nearest, halves away from 0, and `int` towards 0; all of them give \
+         numbers with a point, and `to_int` gives a whole one. Decimals are kept by way of their power of 10. `%` is the \
+         remainder, with the sign of what is divided.",
+        "floor(-1.5)             // -2.0\nceiling(1.2)            // 2.0\nround(2.5)              // 3.0\n\
+         int(-1.7)               // -1.0\nto_int(1.7)             // 1\nround(3.14159 * 100) / 100      // 3.14\n\
+         7 % 3                   // 1\n-7 % 3                  // -1",
+    ),
 ];
+
+/// How a script imports another one; what stands behind `//     ` is the other one.
+pub const IMPORTING: &str = "// palette.rhai, beside the script:
+//     const GOLD = [0.9, 0.7, 0.4];
+//     fn darker(color, share) { vec3(color) * share }
+import \"palette\" as palette;
+animation(#{ frames: 24 });
+
+fn frame(s, f) {
+    s.material(\"brass\").color = palette::darker(palette::GOLD, 1 - 0.5 * f.t);
+}";
 
 pub fn blocks() -> Vec<Block> {
     let intro = "Scripts are written in Rhai 1.27, a small language with the looks of Rust and JavaScript. It has a page at \
                  rhai.rs; here is what surprises. A script has no clock, no files but those of its project, no random numbers \
                  but those of a seed, and keeps nothing from frame to frame.";
-    let mut blocks = vec![Block::Paragraph(intro.into())];
+    let modules = "A script imports others, below the project's root, by their names without the ending: beside the file that \
+                   imports them, or else beside the script. Their functions and the constants of their tops are reached by two \
+                   colons. What the top of a script or module names is seen by all of its functions.";
+    let mut blocks = vec![
+        Block::Paragraph(intro.into()),
+        Block::Paragraph(modules.into()),
+        Block::Code(CodeKind::Script, IMPORTING.into()),
+    ];
     for (text, code) in TRAPS {
         blocks.push(Block::Paragraph((*text).into()));
         blocks.push(Block::Code(CodeKind::Script, (*code).into()));

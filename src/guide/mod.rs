@@ -13,6 +13,7 @@
 
 mod coming_from;
 pub mod definitions;
+mod field_examples;
 mod fields;
 pub mod html;
 pub mod json;

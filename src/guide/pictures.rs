@@ -69,7 +69,7 @@ pub fn pictures() -> Vec<GuidePicture> {
     records.extend(entity_records().into_iter().filter(|one| one.name != "texture" && one.name != "material"));
     for record in records {
         for field in record.fields.iter().filter(|field| !ALIKE.contains(&field.name)) {
-            for choice in &field.choices {
+            for (choice, _) in &field.choices {
                 let said = format!("{}: {choice}", field.name);
                 if let Some(scene) = scene_of(record.name, field.name, &said) {
                     all.push(GuidePicture { record: record.name, field: field.name, choice: choice.clone(), scene });

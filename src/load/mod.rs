@@ -25,7 +25,7 @@ mod write_assets;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, ScenePart, Severity, Subject};
+use crate::base::diagnostics::{Diagnostic, Diagnostics, Place, ScenePart, Severity, Subject, nearest};
 use crate::base::project::{Access, FileRole, Folder, Project};
 use crate::base::{files, limits};
 use crate::components::Scene;
@@ -34,12 +34,8 @@ pub use aff::AffShow;
 /// Endings of the scene files that are read.
 pub const EXTENSIONS: [&str; 9] = ["ron", "nff", "p3f", "gltf", "glb", "obj", "ply", "stl", "aff"];
 
-/// Where a scene's text says what a mistake is about; the file as a whole where its form does not tell.
-pub fn place_of(path: &Path, scene: &Scene, subject: Subject) -> Option<Place> {
-    let name = path.to_string_lossy().into_owned();
-    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ron")) {
-        return Some(Place::file(name));
-    }
+/// The text of a scene in RON, and the way to what a mistake is about.
+fn text_and_steps(path: &Path, scene: &Scene, subject: Subject) -> Option<(String, Vec<spans::Step>)> {
     let text = files::read_text(path, limits::SCENE_FILE_BYTES).ok()?;
     let mut steps = match subject.part {
         ScenePart::Camera => vec![resolve::key("camera")],
@@ -48,8 +44,49 @@ pub fn place_of(path: &Path, scene: &Scene, subject: Subject) -> Option<Place> {
         ScenePart::Entity(index) => vec![resolve::key("entities"), spans::Step::Index(index)],
     };
     steps.extend(subject.component.into_iter().chain(subject.field).map(resolve::key));
+    Some((text, steps))
+}
+
+fn is_ron(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ron"))
+}
+
+/// Where a scene's text says what a mistake is about; the file as a whole where its form does not tell.
+pub fn place_of(path: &Path, scene: &Scene, subject: Subject) -> Option<Place> {
+    let name = path.to_string_lossy().into_owned();
+    if !is_ron(path) {
+        return Some(Place::file(name));
+    }
+    let (text, steps) = text_and_steps(path, scene, subject)?;
     let (start, end) = spans::parse(&text).ok()?.locate(&steps);
     Some(Place::of_span(name, &text, start, end))
+}
+
+/// Whether a scene's text gives a field, be it the value that it has by itself.
+pub fn is_written(path: &Path, scene: &Scene, subject: Subject) -> bool {
+    let written = || {
+        let (text, steps) = text_and_steps(path, scene, subject).filter(|_| is_ron(path))?;
+        Some(spans::parse(&text).ok()?.has(&steps))
+    };
+    written().unwrap_or(false)
+}
+
+/// Sees to it that an input is of a kind that is read: a script, or a scene.
+///
+/// # Errors
+/// An ending that is neither's, with the nearest that is.
+pub fn check_ending(path: &Path) -> Result<(), Diagnostic> {
+    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if EXTENSIONS.contains(&ending.as_str()) {
+        return Ok(());
+    }
+    let known: Vec<String> = ["rhai"].iter().chain(&EXTENSIONS).map(|known| format!(".{known}")).collect();
+    let help = match (advice(&ending), nearest(&ending, ["rhai"].into_iter().chain(EXTENSIONS))) {
+        (Some(advice), _) => advice.to_string(),
+        (None, Some(near)) => format!("did you mean `.{near}`? Scripts and scenes end in {}", known.join(", ")),
+        (None, None) => format!("scripts and scenes end in {}", known.join(", ")),
+    };
+    Err(Diagnostic::error(format!("{}: not a scene or script that can be read", path.display())).help(help))
 }
 
 /// Reads a scene in its usual project, as [`load_scene_in`].

@@ -2,8 +2,10 @@
 //!
 //! It is built only when something is wrong, to say where. It knows brackets, strings, comments and words, not types.
 
-use crate::base::diagnostics::suggestion;
+use crate::base::diagnostics::{did_you_mean, suggestion};
 use crate::base::limits;
+use crate::base::synonyms::by_meaning;
+use crate::components::homes::{home_by_meaning, home_of};
 
 /// A value and where it stands.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +38,8 @@ pub struct Broken {
     pub at: usize,
     /// What is wrong there.
     pub message: String,
+    /// What to do about it.
+    pub help: Option<String>,
 }
 
 /// A step down the tree.
@@ -51,6 +55,22 @@ impl SyntaxNode {
     /// The field of a name, if it is there.
     pub fn field(&self, key: &str) -> Option<&SyntaxField> {
         self.children.iter().find(|child| child.key.as_deref() == Some(key))
+    }
+
+    /// Whether all of a path is there.
+    pub fn has(&self, path: &[Step]) -> bool {
+        let next = |node: &'_ SyntaxNode, step: &Step| match step {
+            Step::Key(key) => node.children.iter().position(|child| child.key.as_deref() == Some(key)),
+            Step::Index(i) => (*i < node.children.len()).then_some(*i),
+        };
+        let mut node = self;
+        path.iter().all(|step| {
+            let child = next(node, step).map(|i| &node.children[i].value);
+            child.is_some_and(|child| {
+                node = child;
+                true
+            })
+        })
     }
 
     /// The span of the deepest part of a path that is there; of the key, if the last step is one and `key` is asked.
@@ -72,19 +92,20 @@ impl SyntaxNode {
 
 /// Reads the one value that a text holds.
 pub fn parse(text: &str) -> Result<SyntaxNode, Broken> {
-    let mut reader = SyntaxReader { text, at: 0 };
+    let mut reader = SyntaxReader { text, at: 0, unclosed: None };
     reader.blank()?;
     while text[reader.at..].starts_with("#!") {
         reader.at = text[reader.at..].find(']').map_or(text.len(), |i| reader.at + i + 1);
         reader.blank()?;
     }
     if reader.at == text.len() {
-        return Err(Broken { at: 0, message: "the file is empty; it starts with `(`".into() });
+        return Err(Broken { at: 0, message: "the file is empty; it starts with `(`".into(), help: None });
     }
     let node = reader.value(0)?;
     reader.blank()?;
     if reader.at < text.len() {
-        return Err(Broken { at: reader.at, message: "nothing may follow the closing bracket".into() });
+        let message = "nothing may follow the closing bracket";
+        return Err(reader.foreign(reader.at).unwrap_or_else(|| reader.broken(reader.at, message)));
     }
     Ok(node)
 }
@@ -92,6 +113,8 @@ pub fn parse(text: &str) -> Result<SyntaxNode, Broken> {
 struct SyntaxReader<'a> {
     text: &'a str,
     at: usize,
+    /// A bracket whose values are followed by fields, as where it is not closed.
+    unclosed: Option<usize>,
 }
 
 impl<'a> SyntaxReader<'a> {
@@ -104,7 +127,40 @@ impl<'a> SyntaxReader<'a> {
     }
 
     fn broken(&self, at: usize, message: impl Into<String>) -> Broken {
-        Broken { at, message: message.into() }
+        Broken { at, message: message.into(), help: None }
+    }
+
+    /// What a sign of another notation means that stands where none of this one can.
+    fn foreign(&self, at: usize) -> Option<Broken> {
+        let rest = &self.text[at..];
+        let is_line_start = self.text[..at].rsplit('\n').next().is_some_and(|before| before.trim().is_empty());
+        let is_joined = self.text[..at].ends_with(|c: char| c.is_alphanumeric());
+        let (message, help) = match rest.chars().next()? {
+            '=' if rest.starts_with("=>") => ("`=>` stands between a field and its value", "write `name: value`"),
+            '=' => ("`=` stands between a field and its value", "write `name: value`"),
+            '#' => ("a comment begins with //, not with #", "write // in its place"),
+            '-' if rest.starts_with("--") && is_line_start => {
+                ("a comment begins with //, not with --", "write // in its place")
+            }
+            ';' if is_line_start => ("a comment begins with //, not with ;", "write // in its place"),
+            ';' => ("`;` stands where a comma belongs", "write `,` between two values"),
+            ',' => ("there is one comma too many", "a value stands before every comma"),
+            '<' if at == 0 => {
+                ("this is no scene in RON", "it begins with `(`, as in (camera: (fov: 40.0), entities: [])")
+            }
+            '<' => ("a vector stands in round brackets", "write (0.0, 1.0, 2.0)"),
+            '+' | '*' | '/' => {
+                ("a scene holds plain numbers, and calculates none", "write the result, or set it by a script")
+            }
+            '"' if is_joined => {
+                ("a quote is missing before this word, or is one too many", "texts stand between two quotes: \"name\"")
+            }
+            ':' if self.text[..at].trim_start_matches('\u{feff}').chars().all(|c| c.is_alphanumeric() || c == '_') => {
+                ("this is no scene in RON", "it begins with `(`, as in (camera: (fov: 40.0), entities: [])")
+            }
+            _ => return None,
+        };
+        Some(Broken { at, message: message.into(), help: Some(help.into()) })
     }
 
     /// Passes over white space and comments.
@@ -162,7 +218,10 @@ impl<'a> SyntaxReader<'a> {
             Some('(') => ')',
             Some('[') => ']',
             Some('{') => '}',
-            Some(c) => return Err(self.broken(self.at, format!("unexpected `{c}`"))),
+            Some(c) => {
+                let unexpected = || self.broken(self.at, format!("unexpected `{c}`"));
+                return Err(self.foreign(self.at).unwrap_or_else(unexpected));
+            }
             None => return Err(self.broken(self.at, "the file ends where a value was expected")),
         };
         let open = self.at;
@@ -181,6 +240,7 @@ impl<'a> SyntaxReader<'a> {
                     return Ok(());
                 }
                 None => {
+                    let open = self.unclosed.unwrap_or(open);
                     let bracket = &self.text[open..open + 1];
                     return Err(self.broken(open, format!("this `{bracket}` is never closed: the file ends before")));
                 }
@@ -190,6 +250,9 @@ impl<'a> SyntaxReader<'a> {
                 _ => {}
             }
             let child = self.child(depth)?;
+            if child.key.is_some() && close != '}' && node.children.last().is_some_and(|before| before.key.is_none()) {
+                self.unclosed.get_or_insert(open);
+            }
             node.children.push(child);
             self.blank()?;
             match self.peek() {
@@ -201,7 +264,17 @@ impl<'a> SyntaxReader<'a> {
                 }
                 Some(_) => {
                     let end = node.children.last().map_or(self.at, |child| child.value.end);
-                    return Err(self.broken(end, "a comma is missing here"));
+                    let last = node.children.last().filter(|child| child.key.is_none() && close == ')');
+                    let word = last.map_or("", |child| &self.text[child.value.start..child.value.end]);
+                    let is_name = word.starts_with(char::is_alphabetic) && !word.contains(['(', '"']);
+                    let missing = || match is_name {
+                        true => self.broken(end, format!("a `:` is missing between `{word}` and its value")),
+                        false => self.broken(end, "a comma is missing here"),
+                    };
+                    let before = node.children.last().filter(|child| child.key.is_none()).map(|child| child.key_start);
+                    let comment = before.filter(|at| self.text[*at..].starts_with(['#', '-']));
+                    let found = comment.and_then(|at| self.foreign(at)).or_else(|| self.foreign(self.at));
+                    return Err(found.unwrap_or_else(missing));
                 }
             }
         }
@@ -260,6 +333,18 @@ impl<'a> SyntaxReader<'a> {
     }
 }
 
+/// Help for a field that something does not have: the word of ours for it there, a slip of the fingers, the part of a scene
+/// that has it, or what there is.
+fn help_for_name(key: &str, known: &[&str]) -> Option<String> {
+    let is_meant = by_meaning(key, known).is_some() || (key.chars().count() > 3 && did_you_mean(key, known).is_some());
+    if is_meant {
+        return suggestion(key, known.iter().copied());
+    }
+    let home = home_of(key).map(|home| home.in_scene(key));
+    let meant = || home_by_meaning(key).map(|(home, field)| home.in_scene(field));
+    home.or_else(meant).or_else(|| suggestion(key, known.iter().copied()))
+}
+
 /// What is wrong with the name of a field beside those that are `good`, and what to do about it.
 pub fn mistake_in_name(
     key: &str,
@@ -268,7 +353,7 @@ pub fn mistake_in_name(
     owner: &str,
 ) -> Option<(String, Option<String>)> {
     if !known.contains(&key) {
-        return Some((format!("unknown field `{key}` in {owner}"), suggestion(key, known.iter().copied())));
+        return Some((format!("unknown field `{key}` in {owner}"), help_for_name(key, known)));
     }
     let is_twice = good.iter().any(|other| other.key.as_deref() == Some(key));
     is_twice.then(|| (format!("`{key}` is given twice in {owner}"), None))
@@ -294,6 +379,7 @@ mod tests {
         assert_eq!(at(&[key("list"), Step::Index(1)]), "Some(2.5)");
         assert_eq!(at(&[key("m"), key("k"), key("q")]), "r#\"z\"#");
         assert_eq!(at(&[key("m"), key("k"), key("none")]), "(q: r#\"z\"#)");
+        assert!(tree.has(&[key("m"), key("k"), key("q")]) && !tree.has(&[key("m"), key("k"), key("none")]));
     }
 
     #[test]
@@ -302,6 +388,12 @@ mod tests {
         assert_eq!(said("(a: 1").0, 0);
         assert_eq!(said("(a: [1, 2)").0, 9);
         assert_eq!(said("(a: 1 b: 2)"), (5, "a comma is missing here".into()));
+        assert_eq!(said("(a: 1, b 2)"), (8, "a `:` is missing between `b` and its value".into()));
+        assert_eq!(said("(a: (b: (1, 2, c: 3), d: 4").0, 8);
+        assert!(said("(a = 1)").1.contains("between a field and its value"));
+        assert!(said("(a: 1,\n# b\n)").1.contains("begins with //"));
+        assert!(said("(a: 1; b: 2)").1.contains("where a comma belongs"));
+        assert!(said("(a: <1, 2, 3>)").1.contains("round brackets"));
         assert_eq!(said("(a: \"x)").0, 4);
         assert_eq!(said("(a: 1) x").0, 7);
         assert!(said(&"(".repeat(100_000)).1.contains("deeper"));

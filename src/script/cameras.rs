@@ -229,7 +229,7 @@ pub const CHAPTER: Chapter = Chapter {
                    Both have the same projection.",
             arguments: &[
                 ("from", "the name of a camera, `\"camera\"` for the scene's own, or one of `s.cameras`"),
-                ("to", "the same"),
+                ("to", "a name of a camera, or a camera: the same as for `from`"),
                 ("t", "0 for the first, 1 for the second"),
             ],
             example: "s.camera = blend(\"camera\", \"close\", ease(\"in_out_cubic\", f.span(0.4, 0.6)));\n\

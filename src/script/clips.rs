@@ -144,7 +144,7 @@ pub const CHAPTER: Chapter = Chapter {
             arguments: &[
                 ("e", "the entity whose `asset` names the file"),
                 ("clip", "its name in the file"),
-                ("seconds", "of the clip; before its first key that of the key"),
+                ("seconds", "a number: time of the clip, any; before its first key that of the key"),
                 (
                     "options",
                     "a map: `repeat`, whether it begins again behind its end, default true; `weight`, how far everything goes \
@@ -172,7 +172,7 @@ pub const CHAPTER: Chapter = Chapter {
             arguments: &[
                 ("e", "the entity whose `asset` names the file"),
                 ("clip", "its name in the file"),
-                ("seconds", "as for `play`"),
+                ("seconds", "a number: time of the clip, as for `play`"),
                 ("weight", "0 (nothing of it) to 1 (nothing but it)"),
             ],
             example: "s.get(\"robot\").play(\"Nod\", f.seconds);\ns.get(\"robot\").blend(\"Turn\", f.seconds, 0.3);",

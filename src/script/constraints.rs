@@ -362,7 +362,7 @@ pub const CHAPTER: Chapter = Chapter {
                 ENTITY,
                 ("path", "as `path` gives it"),
                 ("t", "share of the length, 0 to 1"),
-                ("options", "`#{ turn: false }` keeps the rotation"),
+                ("options", "a map: `#{ turn: false }` keeps the rotation; it turns along the path if left out"),
             ],
             example: "let way = path([[0, 1, 0], [2, 1, 0], [2, 1, 2]]);\n\
                       s.get(\"ball\").follow(way, 0.0);\n\

@@ -38,6 +38,8 @@ struct ScriptState {
     /// The top level has run: `animation` comes too late now.
     closed: bool,
     parameters: Vec<Parameter>,
+    /// Names of the columns of each table that was read.
+    columns: Vec<Vec<String>>,
 }
 
 /// A handle to the state of one script, for the functions that change it.
@@ -123,6 +125,19 @@ impl ScriptContext {
         sandbox::allow(header.limits);
         state.header = Some(header);
         Ok(())
+    }
+
+    /// Notes what the columns of a table are called.
+    pub fn note_columns(&self, names: &[String]) {
+        let mut state = self.lock();
+        if state.columns.len() < limits::SCRIPT_TABLES && !state.columns.iter().any(|known| known == names) {
+            state.columns.push(names.to_vec());
+        }
+    }
+
+    /// Names of the columns of all tables that were read.
+    pub fn columns(&self) -> Vec<String> {
+        self.lock().columns.concat()
     }
 
     /// The header, when the top level has run; `animation` is refused from here on.

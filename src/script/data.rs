@@ -76,6 +76,7 @@ fn load_csv(name: &str, options: &Map) -> Fallible<DataTable> {
         Some((value, None)) => return options.wrong("types", "a map of columns and types", value),
     };
     let table = CsvText { file: &file, text: &text, separator }.read(has_header, &types)?;
+    ScriptContext::current("load_csv")?.note_columns(&table.names);
     Ok(DataTable(Arc::new(table)))
 }
 
@@ -272,7 +273,7 @@ pub const CHAPTER: Chapter = Chapter {
             name: "parse_json",
             forms: &["parse_json(text) -> value"],
             text: "What a text of JSON holds: any value, not maps alone.",
-            arguments: &[("text", "JSON")],
+            arguments: &[("text", "a text in JSON")],
             example: "parse_json(\"[1, 2.5]\")[1]           // 2.5\nparse_json(`{\"a\": true}`).a         // true",
             register: |engine| {
                 engine.register_fn("parse_json", |text: &str| parse_json(text, None));

@@ -227,7 +227,7 @@ pub const CHAPTER: Chapter = Chapter {
             name: "smoothstep",
             forms: &["smoothstep(a, b, x) -> number"],
             text: "0 below a, 1 above b, and a smooth ramp between.",
-            arguments: &[("a", "where it begins"), ("b", "where it ends"), ("x", "any number")],
+            arguments: &[("a", "any number: where it begins"), ("b", "any number: where it ends"), ("x", "any number")],
             example: "smoothstep(2, 4, 3)      // 0.5",
             register: |engine| {
                 engine.register_fn("smoothstep", |a: Dynamic, b: Dynamic, x: Dynamic| -> Fallible<f64> {

@@ -1,17 +1,52 @@
 //! The Rhai engine, put together: packages, the API, the sandbox.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ::rhai::packages::{
     BasicArrayPackage, BasicMapPackage, BasicMathPackage, CorePackage, LogicPackage, MoreStringPackage, Package,
 };
 use ::rhai::{Dynamic, Engine, Map};
+use rustc_hash::FxHashMap;
 
 use super::errors::{Fallible, complain};
 use super::{closures, rewrite, sandbox, table, tokens};
 
-/// An engine for one script. `constants` are seen from every function, once they are filled in.
-pub fn new(constants: &Arc<Mutex<Map>>) -> Engine {
+/// What the tops of a script and of its modules have named: their functions see it.
+#[derive(Clone, Default)]
+pub struct TopNames(Arc<Mutex<FilledNames>>);
+
+#[derive(Default)]
+struct FilledNames {
+    of_script: Map,
+    /// By the file.
+    of_modules: FxHashMap<String, Map>,
+}
+
+impl TopNames {
+    fn lock(&self) -> MutexGuard<'_, FilledNames> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Those of the script.
+    pub fn of_script(&self, names: Map) {
+        self.lock().of_script = names;
+    }
+
+    /// Those of a module.
+    pub fn of_module(&self, file: &str, names: Map) {
+        self.lock().of_modules.insert(file.to_string(), names);
+    }
+
+    /// A name as it is seen from a file.
+    fn find(&self, file: Option<&str>, name: &str) -> Option<Dynamic> {
+        let names = self.lock();
+        let of_module = file.and_then(|file| names.of_modules.get(file));
+        of_module.and_then(|module| module.get(name)).or_else(|| names.of_script.get(name)).cloned()
+    }
+}
+
+/// An engine for one script. `names` are seen from every function, once they are filled in.
+pub fn new(names: &TopNames) -> Engine {
     let mut engine = Engine::new_raw();
     CorePackage::new().register_into_engine(&mut engine);
     LogicPackage::new().register_into_engine(&mut engine);
@@ -23,7 +58,7 @@ pub fn new(constants: &Arc<Mutex<Map>>) -> Engine {
     tokens::register(&mut engine);
     arithmetic(&mut engine);
     closures::register(&mut engine);
-    show_constants(&mut engine, constants.clone());
+    show_names(&mut engine, names.clone());
     sandbox::close(&mut engine);
     engine
 }
@@ -85,8 +120,8 @@ fn whole(x: f64, what: &str) -> Fallible<i64> {
     complain(format!("{what} must be a whole number, not {x}"), Some(help))
 }
 
-/// Lets functions see what the top level of the script has named, unless a variable of their own hides it.
-fn show_constants(engine: &mut Engine, constants: Arc<Mutex<Map>>) {
+/// Lets functions see what the top level of their own text has named, unless a variable of their own hides it.
+fn show_names(engine: &mut Engine, names: TopNames) {
     #[allow(
         deprecated,
         reason = "marked as volatile by Rhai, not as going away; nothing else makes top-level names visible in functions"
@@ -95,6 +130,6 @@ fn show_constants(engine: &mut Engine, constants: Arc<Mutex<Map>>) {
         if context.scope().contains(name) {
             return Ok(None);
         }
-        Ok(constants.lock().unwrap_or_else(PoisonError::into_inner).get(name).cloned())
+        Ok(names.find(context.source(), name))
     });
 }

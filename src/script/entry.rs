@@ -10,6 +10,22 @@ use crate::base::diagnostics::{Diagnostic, Diagnostics, nearest};
 const ENTRIES: [(&str, &[&str]); 4] =
     [("setup", &["s"]), ("frame", &["s", "f"]), ("start", &["s"]), ("step", &["state", "f"])];
 
+/// What such functions are called in other programs.
+const ELSEWHERE: [(&str, &[&str]); 2] = [
+    (
+        "frame",
+        &["update", "draw", "main", "render", "animate", "tick", "run", "loop", "onframe", "on_update", "render_frame"],
+    ),
+    ("setup", &["init", "create", "build", "construct", "initialize", "on_start", "load", "preload"]),
+];
+
+/// The function that is meant by one that nothing calls.
+fn meant(name: &str) -> Option<&'static str> {
+    let plain = name.to_lowercase();
+    let elsewhere = ELSEWHERE.iter().find(|(_, foreign)| foreign.contains(&plain.as_str())).map(|(ours, _)| *ours);
+    elsewhere.or_else(|| nearest(&plain, ENTRIES.iter().map(|(name, _)| *name)))
+}
+
 /// Whether the script has a function of so many parameters.
 pub fn has(ast: &AST, name: &str, count: usize) -> bool {
     ast.iter_functions().any(|f| f.name == name && f.params.len() == count)
@@ -34,8 +50,7 @@ pub fn check(ast: &AST, source: &ScriptSource) -> Result<(), Diagnostics> {
             }
             continue;
         }
-        let names = ENTRIES.iter().map(|(name, _)| *name);
-        if let Some(near) = nearest(&function.name.to_lowercase(), names).filter(|near| !is_there(near))
+        if let Some(near) = meant(function.name).filter(|near| !is_there(near))
             && source.mentions(function.name) == 1
         {
             let message = format!("nothing calls the function `{}`", function.name);
@@ -71,6 +86,8 @@ mod tests {
         fails("fn frame(s, f) { }\nfn start() { 1 }", &["show.rhai:3:4", "is called as `start(s)`"]);
         fails("fn start(s) { 1 }\nfn step(x) { x }\nfn frame(s, f) { }", &["show.rhai:3:4", "`step(state, f)`"]);
         fails("fn frame(s, f) { }\nfn setpu(s) { }", &["show.rhai:3:4: error: nothing calls", "did you mean `setup`?"]);
+        fails("fn update(s, f) { }", &["show.rhai:2:4", "did you mean `frame`?"]);
+        fails("fn frame(s, f) { }\nfn init(s) { }", &["show.rhai:3:4", "did you mean `setup`?"]);
         fails("fn Frame(s, f) { }", &["show.rhai:2:4", "did you mean `frame`?"]);
         // Functions of one's own may have any name that is used.
         for text in ["fn setup(s) { } fn setups(s) { }", "fn steps() { 3 } let n = steps();"] {

@@ -6,12 +6,13 @@ use ::rhai::{AST, Dynamic, Engine, EvalAltResult, ParseError, Position};
 
 use super::allowance;
 use super::closures::without_names;
+use super::foreign_grammar;
 use super::inspect;
 use super::map_keys::MapKeys;
-use super::rewrite::{self, Rewritten};
+use super::rewrite::{self, Rewritten, TextRole};
 use super::vocabulary::Vocabulary;
 use super::words::{self, Words};
-use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, Place, suggestion};
+use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, Place, nearest, suggestion};
 use crate::base::limits;
 
 /// A mistake that a function of the API reports: it travels through Rhai as the payload of a run-time error.
@@ -166,10 +167,11 @@ impl ScriptSource {
         engine: &Engine,
         file: &str,
         text: String,
+        role: TextRole,
         vocabulary: &mut Vocabulary,
     ) -> (ScriptSource, Result<AST, Diagnostics>) {
         vocabulary.read(&text);
-        let (ast, rewritten) = rewrite::compile(engine, &text);
+        let (ast, rewritten) = rewrite::compile(engine, &text, role);
         let keys = MapKeys::new(engine, &text);
         let source = ScriptSource { file: file.into(), text, rewritten, keys };
         let ast = ast.map_err(|first| source.mistakes_of_grammar(engine, first, vocabulary)).and_then(|ast| {
@@ -188,7 +190,11 @@ impl ScriptSource {
         // The last line of a text may be an empty one behind its end.
         let at = if at.is_none() { at } else { Position::new(small(line.max(1)), small(column.max(1))) };
         let all = inspect::all_mistakes(engine, &self.text, ParseError(first.0, at));
+        let tokens = rewrite::tokens(engine, &self.text);
         let one = |error: &ParseError| {
+            if let Some((at, words)) = foreign_grammar::form_at(&tokens, error.position(), &self.text) {
+                return diagnostic(words, self.original_place(at));
+            }
             let place = inspect::place_of_missing(engine, &self.text, error).unwrap_or(error.position());
             diagnostic(inspect::words_of(error, place, &self.text, vocabulary), self.original_place(place))
         };
@@ -326,6 +332,20 @@ impl ScriptSource {
         match at {
             Some((start, length)) => Place::of_span(self.file.clone(), &self.text, start, start + length),
             None => Place::file(self.file.clone()),
+        }
+    }
+}
+
+/// Names the columns of tables that are most likely meant where a value turns out to be nothing: a row gives () for a column
+/// that it does not have.
+pub fn name_columns(problems: &mut Diagnostics, columns: &[String]) {
+    for problem in problems.0.iter_mut().filter(|problem| problem.message.contains("nothing")) {
+        let Some(place) = &problem.place else { continue };
+        let words = place.source.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|word| word.len() > 2);
+        let unknown = words.filter(|word| !columns.iter().any(|column| column == word));
+        let near = |word: &&str| Some((word.to_string(), nearest(word, columns.iter().map(String::as_str))?));
+        if let Some((word, column)) = unknown.into_iter().find_map(|word| near(&word)) {
+            problem.help = Some(format!("the table has no column `{word}`; did you mean `{column}`?"));
         }
     }
 }

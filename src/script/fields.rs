@@ -1,8 +1,9 @@
 //! What handles check before they write: names that must be there, fields that must fit.
 
-use ::rhai::{Dynamic, ImmutableString};
+use ::rhai::{Dynamic, ImmutableString, Map};
 
-use super::convert::{describe, to_value};
+use super::convert::{describe, number, to_value};
+use super::elsewhere;
 use super::errors::{Fallible, complain};
 use super::overlay::Overlay;
 use crate::base::diagnostics::suggestion;
@@ -38,10 +39,31 @@ pub fn set_field(record: &mut dyn Record, field: &str, value: &Dynamic, owner: &
     match record.set(field, &value) {
         Ok(()) => Ok(()),
         Err(FieldError::Unknown { known }) => {
-            complain(format!("unknown field `{field}` of {owner}"), suggestion(field, known.iter().copied()))
+            complain(format!("unknown field `{field}` of {owner}"), elsewhere::of_field(field, known.iter().copied()))
         }
         Err(FieldError::Mismatch(m)) => complain(format!("`{field}` of {owner}: {}", m.message), m.help),
     }
+}
+
+/// A number that a property is set to.
+pub fn number_of(property: &str, owner: &str, value: &Dynamic) -> Fallible<f64> {
+    let wrong = || complain(format!("`{property}` of {owner}: expected a number, found {}", describe(value)), None);
+    number(value).or_else(|_| wrong())
+}
+
+/// The parts of a new entity without its name, components first: what is of a transform would be lost beneath a whole one.
+pub fn parts_in_order(parts: &Map) -> Fallible<Vec<(&str, &Dynamic)>> {
+    if let Some(whole) = parts.get("transform").and_then(|whole| whole.read_lock::<Map>()) {
+        let is_angle = |key: &str| ["pitch", "yaw", "roll"].contains(&key) && whole.contains_key("rotation");
+        if let Some(field) = parts.keys().find(|key| whole.contains_key(key.as_str()) || is_angle(key)) {
+            let message = format!("`{field}` of a new entity is given beside `transform`, which has one too");
+            return complain(message, Some("leave one of the two out".into()));
+        }
+    }
+    let others = parts.iter().map(|(key, value)| (key.as_str(), value)).filter(|(key, _)| *key != "name");
+    let (mut whole, rest): (Vec<_>, Vec<_>) = others.partition(|(key, _)| Kind::parse(key).is_some());
+    whole.extend(rest);
+    Ok(whole)
 }
 
 pub fn known_entity(overlay: &Overlay, name: &str) -> Fallible<()> {

@@ -9,16 +9,17 @@ use super::allowance::Limit;
 use super::clips;
 use super::constraints::Constraints;
 use super::context::ScriptContext;
-use super::convert::{describe, number, to_dynamic, to_value};
+use super::convert::{describe, to_dynamic, to_value};
+use super::elsewhere;
 use super::errors::{Fallible, complain};
-use super::fields::{checked, known_entity, known_material, known_parent, set_field, text, unknown_entity};
+use super::fields::{
+    checked, known_entity, known_material, known_parent, number_of, parts_in_order, set_field, text, unknown_entity,
+};
 use super::geometry::MeshHandle;
 use super::overlay::{ActiveCamera, Marks, Overlay};
 use super::random::Generator;
 use super::sandbox::allowance;
-use super::vocabulary::field_of_material;
 use super::world;
-use crate::base::diagnostics::suggestion;
 use crate::base::limits;
 use crate::components::*;
 
@@ -200,7 +201,7 @@ impl SceneHandle {
             overlay.spawn(desc)
         };
         let mut entity = self.entity(index);
-        for (key, value) in parts.iter().filter(|(key, _)| *key != "name") {
+        for (key, value) in parts_in_order(&parts)? {
             entity.set(key, value.clone())?;
         }
         Ok(entity)
@@ -255,7 +256,7 @@ impl RecordHandle {
             Some(value) => Ok(to_dynamic(value)),
             None => complain(
                 format!("unknown field `{field}` of {}", self.owner()),
-                suggestion(field, known.iter().copied()),
+                elsewhere::of_field(field, known.iter().copied()),
             ),
         }
     }
@@ -342,19 +343,11 @@ impl EntityHandle {
         LIGHTS.into_iter().find(|kind| overlay.component(self.index, *kind).is_some())
     }
 
-    fn unknown<T>(&self, property: &str) -> Fallible<T> {
+    /// Properties that it has, for an answer to one that it has not.
+    fn unknown_property<T>(&self, property: &str) -> Fallible<T> {
         let own = TRANSFORM_FIELDS.into_iter().chain(ANGLES.map(|a| a.0)).chain(world::PROPERTIES);
         let color = self.light().map(|_| "color");
-        let help = suggestion(property, own.chain(color).chain(EntityDesc::keys()));
-        let worn = self.scene.lock().component(self.index, Kind::MaterialName).and_then(|c| c.record().get("name"));
-        let is_vague = |help: &str| !help.starts_with("did you mean") || help.contains("`material`");
-        let help = match (worn, &help) {
-            (Some(Value::Text(name)), Some(found)) if is_vague(found) => field_of_material(property)
-                .map(|field| format!("that is its material's: s.material(\"{name}\").{field}")),
-            _ => None,
-        }
-        .or(help);
-        complain(format!("unknown property `{property}` of {}", self.label()), help)
+        self.unknown(property, &own.chain(color).chain(EntityDesc::keys()).collect::<Vec<_>>())
     }
 
     pub fn get(&mut self, property: &str) -> Fallible<Dynamic> {
@@ -386,7 +379,7 @@ impl EntityHandle {
         }
         let Some(kind) = Kind::parse(property) else {
             drop(overlay);
-            return self.unknown(property);
+            return self.unknown_property(property);
         };
         let is_there = overlay.component(self.index, kind).is_some();
         let has = is_there || matches!(kind, Kind::Transform | Kind::Visible);
@@ -407,7 +400,7 @@ impl EntityHandle {
         }
         if let Some((_, axis)) = ANGLES.iter().find(|(name, _)| *name == property) {
             let mut transform = self.transform();
-            transform.rotation[*axis] = number(&value)?;
+            transform.rotation[*axis] = number_of(property, &self.label(), &value)?;
             return self.put(transform.into());
         }
         if let ("color", Some(kind)) = (property, self.light()) {
@@ -442,7 +435,7 @@ impl EntityHandle {
             _ => {}
         }
         match Kind::parse(property) {
-            None => self.unknown(property),
+            None => self.unknown_property(property),
             Some(kind) => self.set_component(kind, value),
         }
     }

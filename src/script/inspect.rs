@@ -2,12 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use ::rhai::{AST, ASTNode, Engine, Expr, FnCallExpr, ParseError, Position, Stmt, Token};
+use ::rhai::{AST, ASTNode, Engine, Expr, FnCallExpr, ParseError, ParseErrorType, Position, Stmt, Token};
 
-use super::rewrite::{self, PlacedToken};
+use super::rewrite::{self, PlacedToken, TextRole};
 use super::vocabulary::Vocabulary;
 use super::words::{self, Words, plain_name};
 use crate::base::limits;
+use crate::base::synonyms::by_meaning;
 
 /// Functions and variables that a script uses and nobody has named, and calls with more arguments than anybody means:
 /// the engine's search for their function would take seconds.
@@ -16,7 +17,7 @@ use crate::base::limits;
 pub fn certain_mistakes(ast: &AST, vocabulary: &mut Vocabulary) -> Vec<(Position, Words)> {
     let mut names = NamesOfScript { declared: std::mem::take(&mut vocabulary.declared), ..NamesOfScript::default() };
     for function in ast.iter_functions() {
-        names.declared.extend(function.params.iter().map(|name| name.to_string()));
+        names.variables.extend(function.params.iter().map(|name| name.to_string()));
     }
     ast.walk(&mut |path: &[ASTNode]| {
         match path.last() {
@@ -26,6 +27,7 @@ pub fn certain_mistakes(ast: &AST, vocabulary: &mut Vocabulary) -> Vec<(Position
         }
         true
     });
+    names.declared.extend(names.variables.iter().cloned());
     let mut found = Vec::new();
     for (name, at) in &names.called {
         // A variable may hold a closure.
@@ -43,6 +45,8 @@ pub fn certain_mistakes(ast: &AST, vocabulary: &mut Vocabulary) -> Vec<(Position
         found.push((*at, (message, Some("hand over a list".into()))));
     }
     vocabulary.declared = names.declared;
+    vocabulary.modules.extend(names.modules);
+    vocabulary.variables.extend(names.variables);
     found.sort_by_key(|(at, _)| (at.line(), at.position()));
     found.dedup_by_key(|(at, _)| *at);
     found
@@ -51,6 +55,10 @@ pub fn certain_mistakes(ast: &AST, vocabulary: &mut Vocabulary) -> Vec<(Position
 #[derive(Default)]
 struct NamesOfScript {
     declared: BTreeSet<String>,
+    /// Those of modules among them.
+    modules: BTreeSet<String>,
+    /// Those of variables and parameters among them.
+    variables: BTreeSet<String>,
     called: Vec<(String, Position)>,
     used: Vec<(String, Position)>,
     /// Calls of too many arguments, and how many.
@@ -60,17 +68,20 @@ struct NamesOfScript {
 impl NamesOfScript {
     fn statement(&mut self, statement: &Stmt) {
         match statement {
-            Stmt::Var(variable, ..) => drop(self.declared.insert(variable.0.name.to_string())),
+            Stmt::Var(variable, ..) => drop(self.variables.insert(variable.0.name.to_string())),
             Stmt::For(parts, _) => {
-                self.declared.insert(parts.0.name.to_string());
-                self.declared.extend(parts.1.iter().map(|counter| counter.name.to_string()));
+                self.variables.insert(parts.0.name.to_string());
+                self.variables.extend(parts.1.iter().map(|counter| counter.name.to_string()));
             }
             Stmt::TryCatch(flow, _) => {
                 if let Expr::Variable(name, ..) = &flow.expr {
                     self.declared.insert(name.1.to_string());
                 }
             }
-            Stmt::Import(import, _) => drop(self.declared.insert(import.1.name.to_string())),
+            Stmt::Import(import, _) => {
+                self.declared.insert(import.1.name.to_string());
+                self.modules.insert(import.1.name.to_string());
+            }
             Stmt::FnCall(call, at) => self.call(call, *at),
             _ => {}
         }
@@ -115,7 +126,7 @@ pub fn all_mistakes(engine: &Engine, text: &str, first: ParseError) -> Vec<Parse
     }
     let alone = spans.iter().map(|(start, end)| vec![(0, *start), (*end, text.len())]);
     for blanked in [spans.clone()].into_iter().chain(alone).take(LOOKED_AT) {
-        let (ast, rewritten) = rewrite::compile(engine, &blank(text, &blanked));
+        let (ast, rewritten) = rewrite::compile(engine, &blank(text, &blanked), TextRole::Script);
         let Err(error) = ast else { continue };
         let at = error.position();
         // Places in what was rewritten are told back here, since every piece was rewritten on its own.
@@ -166,7 +177,7 @@ fn blank(text: &str, parts: &[(usize, usize)]) -> String {
 
 /// Where a missing sign belongs: behind the last token before the place, where that is on an earlier line.
 pub fn place_of_missing(engine: &Engine, text: &str, error: &ParseError) -> Option<Position> {
-    let ::rhai::ParseErrorType::MissingToken(token, _) = error.err_type() else { return None };
+    let ParseErrorType::MissingToken(token, _) = error.err_type() else { return None };
     let at = error.position();
     if ![";", ",", ")", "]"].contains(&token.as_str()) {
         return None;
@@ -193,6 +204,15 @@ pub fn words_of(error: &ParseError, at: Position, text: &str, vocabulary: &Vocab
     // What stands behind a dot is the name of a method, whatever it means elsewhere.
     let is_method = before > 0 && line.chars().nth(before - 1) == Some('.');
     let word = line.chars().skip(before).take_while(|c| c.is_alphanumeric() || *c == '_');
+    if let ParseErrorType::AssignmentToInvalidLHS(_) = error.err_type() {
+        // Something is assigned to what a function gives, which there may not even be.
+        let called: String = word.clone().collect();
+        let meant = by_meaning(&called, &["get", "material"]).map(|(word, _)| format!("did you mean `{word}`?"));
+        if !called.is_empty() && (meant.is_some() || !vocabulary.has_function(&called)) {
+            let help = meant.or_else(|| vocabulary.nearest_function(&called));
+            return (format!("a scene has no function `{called}`"), help);
+        }
+    }
     let near: String = word.filter(|_| !is_method).collect();
     words::of_error(&::rhai::EvalAltResult::ErrorParsing((*error.0).clone(), at), &near, vocabulary)
 }

@@ -96,7 +96,7 @@ pub const CHAPTER: Chapter = Chapter {
             ("places", "a list of points, added to the `translation` of the parts"),
             (
                 "options",
-                "a map, each with one value for all or a list of one for each place: `rotations` (degrees, added), `scales` \
+                "a map, empty if left out, each with one value for all or a list of one for each place: `rotations` (degrees, added), `scales` \
                  (numbers or vectors, multiplied), `materials` (names)",
             ),
         ],

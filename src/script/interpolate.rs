@@ -189,7 +189,7 @@ pub const CHAPTER: Chapter = Chapter {
             text: "The value between a and b: a at 0, b at 1, and straight on beyond both.",
             arguments: &[
                 ("a", "a number, a vector, or a list of numbers"),
-                ("b", "of the same kind"),
+                ("b", "a value of the same kind"),
                 ("t", "share of the way; not held to 0..1"),
             ],
             example: "lerp(10, 20, 0.25)                     // 12.5\n\
@@ -205,7 +205,7 @@ pub const CHAPTER: Chapter = Chapter {
                    goes through 360, which is 0. Rotations go through quaternions, so that no axis is favoured.",
             arguments: &[
                 ("a", "an angle in degrees, or a rotation (pitch, yaw, roll in degrees)"),
-                ("b", "of the same kind"),
+                ("b", "a value of the same kind"),
                 ("t", "share of the way, 0 to 1; straight on beyond both"),
             ],
             example: "slerp(350, 10, 0.5)                       // 360.0\n\
@@ -265,11 +265,11 @@ pub const CHAPTER: Chapter = Chapter {
             text: "Carries x from the range a..b to c..d. With an easing the result stays within c..d.",
             arguments: &[
                 ("x", "any number"),
-                ("a", "start of the first range"),
-                ("b", "end of the first range, not a"),
+                ("a", "any number: start of the first range"),
+                ("b", "any number but a: end of the first range"),
                 ("c", "start of the second range"),
                 ("d", "end of the second range"),
-                ("easing", "as for `ease`; straight and unlimited if left out"),
+                ("easing", "an easing, as for `ease`; straight and unlimited if left out"),
             ],
             example: "remap(5, 0, 10, 100, 200)                     // 150.0\n\
                       remap(12, 0, 10, 0, 1, \"linear\")              // 1.0",
@@ -287,7 +287,11 @@ pub const CHAPTER: Chapter = Chapter {
             name: "clamp",
             forms: &["clamp(x, low, high) -> number"],
             text: "x, held between low and high.",
-            arguments: &[("x", "any number"), ("low", "the least"), ("high", "the most, not below low")],
+            arguments: &[
+                ("x", "any number"),
+                ("low", "the least number"),
+                ("high", "the largest number, not below low"),
+            ],
             example: "clamp(7, 0, 5)     // 5.0",
             register: |engine| {
                 engine.register_fn("clamp", |x: Dynamic, low: Dynamic, high: Dynamic| -> Fallible<f64> {
@@ -345,7 +349,7 @@ pub const CHAPTER: Chapter = Chapter {
             arguments: &[
                 ("from", "a number or a vector"),
                 ("state", "a map of `value` and `velocity`, as this function gives it; #{} is at rest on the target"),
-                ("to", "the target, of the same kind"),
+                ("to", "the target, a value of the same kind"),
                 ("smooth_time", "seconds that it takes for about two thirds of the way, above 0"),
                 ("seconds", "time since then, from 0"),
             ],

@@ -8,11 +8,12 @@ use ::rhai::{AST, ASTNode, CallFnOptions, Dynamic, Engine, Map, Position, Scope,
 use super::allowance::Allowance;
 use super::context::ScriptContext;
 use super::convert::to_dynamic;
-use super::engine;
+use super::engine::{self, TopNames};
 use super::errors::{Call, Fallible, ScriptSource, ScriptSources};
 use super::handles::SceneHandle;
 use super::modules::{ModuleGraph, ModuleLoader};
 use super::overlay::{NameIndex, Overlay};
+use super::rewrite::TextRole;
 use super::said::Remarks;
 use super::simulation::{NumberedStates, Simulation, state_of};
 use super::time::{self, Header};
@@ -76,13 +77,13 @@ impl Interpreter {
         project.note_content(path, FileRole::Script, text.as_bytes());
         let folder: PathBuf = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let file = path.to_string_lossy().into_owned();
-        let constants = Arc::new(Mutex::new(Map::new()));
+        let names = TopNames::default();
         let graph = ModuleGraph::default();
-        let mut engine = engine::new(&constants);
+        let mut engine = engine::new(&names);
         engine.set_module_resolver(graph.clone());
         let doubles = look_alikes::doubles(&text, &file);
         let mut vocabulary = Vocabulary::of(&engine);
-        let (source, compiled) = ScriptSource::compile(&engine, &file, text, &mut vocabulary);
+        let (source, compiled) = ScriptSource::compile(&engine, &file, text, TextRole::Script, &mut vocabulary);
         let mut sources = ScriptSources::new(source, vocabulary);
         let mut ast = compiled.map_err(|problems| if doubles.is_empty() { problems } else { Diagnostics(doubles) })?;
         ast.set_source(&file);
@@ -90,7 +91,7 @@ impl Interpreter {
         allowance.define(defines)?;
         sandbox::allow(allowance);
         let _current = shared.enter(None);
-        ModuleLoader::new(&engine, &graph, project, &folder, &mut sources).load(&file, &ast)?;
+        ModuleLoader::new(&engine, &graph, project, &folder, &mut sources, &names).load(&file, &ast)?;
         for (alias, module) in graph.imported_at_the_top(&file, &ast) {
             engine.register_static_module(alias, module);
         }
@@ -109,9 +110,7 @@ impl Interpreter {
                 .help("start it with animation(#{ scene: \"scene.ron\", frames: 48, fps: 24, mode: \"clip\" });")
         })?;
         let simulation = entry::has(&ast, "start", 1).then(Simulation::default);
-        if let Ok(mut constants) = constants.lock() {
-            constants.clone_from(&globals);
-        }
+        names.of_script(globals.clone());
         let ast = ast.clone_functions_only();
         let (shared, index) = (shared.clone(), Mutex::new(None));
         Ok(Interpreter { engine, ast, constants: globals, header, sources, shared, simulation, index })
@@ -152,7 +151,10 @@ impl Interpreter {
         drop(handle);
         let place = if sandbox::is_limit(&error) { self.place_by_running_again(scene, time, state) } else { None };
         let function = Some(if time.is_some() { "frame" } else { "setup" });
-        Err(self.sources.diagnose(*error, Call { frame: time.map(|(number, _)| number), function, place }))
+        let mut problems =
+            self.sources.diagnose(*error, Call { frame: time.map(|(number, _)| number), function, place });
+        errors::name_columns(&mut problems, &self.shared.columns());
+        Err(problems)
     }
 
     /// Where a call has written to a part of the scene last: the component of an entity, if one is named.
@@ -268,6 +270,11 @@ impl Interpreter {
             };
             let help = "build in `setup`; `start` only looks at the scene".to_string();
             match handle.clone().into_edits().is_empty() {
+                true if given.is_unit() => {
+                    let which = if before.is_some() { "step" } else { "start" };
+                    let help = format!("end it with the state itself: fn {which}(...) {{ ... state }}");
+                    errors::complain(format!("`{which}` gives nothing, and a state is wanted"), Some(help))
+                }
                 true => state_of(&given),
                 false => errors::complain("a simulation cannot change the scene", Some(help)),
             }

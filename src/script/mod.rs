@@ -46,11 +46,13 @@ mod csv_text;
 mod curve;
 mod data;
 mod easing;
+mod elsewhere;
 mod engine;
 mod entry;
 mod errors;
 pub mod examples;
 mod fields;
+mod foreign_grammar;
 mod geometry;
 mod handles;
 pub mod host;
@@ -79,6 +81,7 @@ mod subjects;
 mod table;
 mod time;
 mod tokens;
+mod unknown;
 mod vector;
 mod vocabulary;
 mod words;
@@ -309,6 +312,11 @@ impl Program {
     /// The script as a whole.
     pub fn place(&self) -> Place {
         Place::file(self.place_of_scene.file.clone())
+    }
+
+    /// Where the script names its scene; the script as a whole if it names none.
+    pub fn place_of_scene(&self) -> Place {
+        self.place_of_scene.clone()
     }
 
     fn call(&self, scene: &Arc<Scene>, time: Option<Moment>) -> Result<Vec<Edit>, Diagnostics> {

@@ -10,7 +10,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ::rhai::{AST, ASTNode, Engine, EvalAltResult, Expr, Module, ModuleResolver, Position, Scope, Shared, Stmt};
 use rustc_hash::FxHashMap;
 
+use super::engine::TopNames;
 use super::errors::{ScriptSource, ScriptSources};
+use super::rewrite::TextRole;
 use super::sandbox;
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::base::project::{FileRole, Folder, Project};
@@ -70,6 +72,8 @@ pub struct ModuleLoader<'a> {
     /// The script's folder.
     pub folder: &'a Path,
     pub sources: &'a mut ScriptSources,
+    /// Where the names of each module's top are kept for its functions.
+    pub names: &'a TopNames,
     /// From the script to the module that is being read.
     chain: Vec<String>,
     bytes: usize,
@@ -82,8 +86,9 @@ impl<'a> ModuleLoader<'a> {
         project: &'a Arc<Project>,
         folder: &'a Path,
         sources: &'a mut ScriptSources,
+        names: &'a TopNames,
     ) -> Self {
-        ModuleLoader { engine, graph, project, folder, sources, chain: Vec::new(), bytes: 0 }
+        ModuleLoader { engine, graph, project, folder, sources, names, chain: Vec::new(), bytes: 0 }
     }
 
     /// Reads and evaluates what a file imports, and what that imports, before itself.
@@ -132,7 +137,8 @@ impl<'a> ModuleLoader<'a> {
             let message = format!("more than {} modules, or {most} MiB of them", limits::SCRIPT_MODULES);
             return Err(self.mistake(importer, at, &message).into());
         }
-        let (source, compiled) = ScriptSource::compile(self.engine, known, text, &mut self.sources.vocabulary);
+        let (source, compiled) =
+            ScriptSource::compile(self.engine, known, text, TextRole::Module, &mut self.sources.vocabulary);
         self.sources.add(source);
         let mut ast = compiled?;
         ast.set_source(known);
@@ -140,6 +146,12 @@ impl<'a> ModuleLoader<'a> {
         sandbox::start_call();
         let module = sandbox::guarded(|| Module::eval_ast_as_new(Scope::new(), &ast, self.engine));
         let module = module.map_err(|error| self.sources.diagnose_in(known, *error))?;
+        let constants = ast.statements().iter().filter_map(|statement| match statement {
+            Stmt::Var(variable, ..) => Some(variable.0.name.to_string()),
+            _ => None,
+        });
+        let constants = constants.filter_map(|name| Some((name.as_str().into(), module.get_var(&name)?)));
+        self.names.of_module(known, constants.collect());
         Ok(module.into())
     }
 

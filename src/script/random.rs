@@ -106,7 +106,7 @@ pub const CHAPTER: Chapter = Chapter {
             name: "range",
             forms: &["rng.range(a, b) -> number"],
             text: "A number from a up to b.",
-            arguments: &[RNG, ("a", "the least"), ("b", "the most")],
+            arguments: &[RNG, ("a", "the least number"), ("b", "the largest number")],
             example: "f.rng.range(3, 4) >= 3.0                      // true",
             register: |engine| {
                 engine.register_fn("range", |g: &mut Generator, a: Dynamic, b: Dynamic| g.range(&a, &b));
@@ -116,7 +116,7 @@ pub const CHAPTER: Chapter = Chapter {
             name: "int",
             forms: &["rng.int(a, b) -> whole number"],
             text: "A whole number from a to b, both included.",
-            arguments: &[RNG, ("a", "the least, whole"), ("b", "the most, whole, not below a")],
+            arguments: &[RNG, ("a", "the least whole number"), ("b", "the largest whole number, not below a")],
             example: "f.rng.int(3, 3)                               // 3",
             register: |engine| {
                 engine.register_fn("int", Generator::int);

@@ -8,6 +8,8 @@
 //! - What `catch (e)` catches goes through a function, which takes out of it what differs from machine to machine.
 //! - A closure that is written out in a text, as in `${|x| x}`, is kept from the parser, which would put its name there.
 //!
+//! - Constants of a module's top are exported: `const K = 3;` is `export const K = 3;`.
+//!
 //! Lines stay as they are; columns that move are known and told back in messages.
 
 use ::rhai::{AST, Engine, ParseError, Position, Token};
@@ -89,9 +91,18 @@ pub fn tokens(engine: &Engine, text: &str) -> Vec<PlacedToken> {
 ///
 /// # Errors
 /// What the parser says, at its place in the rewritten text.
-pub fn compile(engine: &Engine, text: &str) -> (Result<AST, ParseError>, Rewritten) {
-    let rewritten = rewrite(engine, text);
+pub fn compile(engine: &Engine, text: &str, role: TextRole) -> (Result<AST, ParseError>, Rewritten) {
+    let rewritten = rewrite(engine, text, role);
     (engine.compile(&rewritten.text), rewritten)
+}
+
+/// What a text is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextRole {
+    /// The script itself.
+    Script,
+    /// One that it imports.
+    Module,
 }
 
 /// A change: the token that it is at, characters to take out from there, and what to put in before.
@@ -101,11 +112,14 @@ struct TextChange {
     put: String,
 }
 
-fn rewrite(engine: &Engine, text: &str) -> Rewritten {
+fn rewrite(engine: &Engine, text: &str, role: TextRole) -> Rewritten {
     let tokens = tokens(engine, text);
     let partners = partners(&tokens);
     let starts = line_starts(text);
     let mut changes = Vec::new();
+    if role == TextRole::Module {
+        export_constants(&tokens, &mut changes);
+    }
     for i in 0..tokens.len() {
         lookup(&tokens, &partners, i, &mut changes);
         index(&tokens, &partners, i, &mut changes);
@@ -164,6 +178,21 @@ fn lookup(tokens: &[PlacedToken], partners: &[Option<usize>], i: usize, changes:
     }
     changes.push(TextChange { at: *open, out: 1, put: "[".into() });
     changes.push(TextChange { at: tokens[close].1, out: 1, put: "]".into() });
+}
+
+/// Constants of a module's top are there for whoever imports it, as its functions are.
+fn export_constants(tokens: &[PlacedToken], changes: &mut Vec<TextChange>) {
+    let mut depth = 0usize;
+    for (i, (token, at)) in tokens.iter().enumerate() {
+        match token {
+            Token::LeftBrace | Token::MapStart => depth += 1,
+            Token::RightBrace => depth = depth.saturating_sub(1),
+            Token::Const if depth == 0 && !(i > 0 && tokens[i - 1].0 == Token::Export) => {
+                changes.push(TextChange { at: *at, out: 0, put: "export ".into() });
+            }
+            _ => {}
+        }
+    }
 }
 
 /// Whether an expression may end with this token, so that a bracket behind it is an index.
@@ -301,7 +330,16 @@ mod tests {
     use super::*;
 
     fn rewritten(text: &str) -> String {
-        rewrite(&Engine::new_raw(), text).text
+        rewrite(&Engine::new_raw(), text, TextRole::Script).text
+    }
+
+    #[test]
+    fn constants_of_a_modules_top_are_exported() {
+        let text = "const A = 1; export const B = 2;\nfn f() { const C = 3; C }";
+        let module = rewrite(&Engine::new_raw(), text, TextRole::Module);
+        assert_eq!(module.text, format!("export {text}"));
+        assert_eq!(module.original(1, 14), (1, 7));
+        assert_eq!(rewritten(text), text);
     }
 
     #[test]
@@ -358,7 +396,7 @@ mod tests {
     #[test]
     fn places_are_told_back() {
         let text = "let a = 1;\nb[i] /= c.d; e\nf";
-        let rewritten = rewrite(&Engine::new_raw(), text);
+        let rewritten = rewrite(&Engine::new_raw(), text, TextRole::Script);
         assert_eq!(rewritten.text, "let a = 1;\nb[anim_index(i)] = b[i] / (c.d); e\nf");
         for (word, line, column) in [("= b", 2, 6), ("c.d", 2, 9), ("; e", 2, 12), ("i)", 2, 3)] {
             let at = rewritten.text.lines().nth(line - 1).unwrap().find(word).unwrap() + 1;
@@ -371,7 +409,7 @@ mod tests {
     #[test]
     fn what_cannot_be_read_stays_as_it_is() {
         for text in ["\"", "a[", "`${", "`${|", "/*", "a[i", "x /=", "/= 2", "é[ü]", "'abc'[i]", "catch (e) {"] {
-            let _ = rewrite(&Engine::new_raw(), text);
+            let _ = rewrite(&Engine::new_raw(), text, TextRole::Script);
         }
         assert_eq!(rewritten("é[ü] = 1"), "é[ü] = 1");
     }

@@ -75,7 +75,7 @@ pub const CHAPTER: Chapter = Chapter {
             text: "The entity of a name. Its properties: `translation rotation scale parent` of its transform, `yaw pitch roll` \
                    in degrees, `name`, `tags`, `material` (a name), `color` of its light, and every component by name, as \
                    in `e.sphere.radius`. Assigning () to a component takes it off.",
-            arguments: &[("name", "as in the scene, or as it was spawned with")],
+            arguments: &[("name", "a text: as in the scene, or as it was spawned with")],
             example: "s.get(\"ball\").translation.y = 1.5;\n\
                       s.get(\"ball\").yaw = 360 * f.t;\n\
                       s.get(\"ball\").sphere.radius = 0.5;\n\
@@ -98,7 +98,7 @@ pub const CHAPTER: Chapter = Chapter {
             name: "material",
             forms: &["s.material(name) -> component"],
             text: "The material of a name: its fields are those of a material in a scene. All that wear it change with it.",
-            arguments: &[("name", "as in the scene, or as it was added with")],
+            arguments: &[("name", "a text: as in the scene, or as it was added with")],
             example: "s.material(\"brass\").roughness = lerp(0.1, 0.5, f.t);\n\
                       s.material(\"brass\").color = [0.9, 0.7, 0.4];",
             register: |engine| {

@@ -116,10 +116,10 @@ pub const CHAPTER: Chapter = Chapter {
                subject, easing]` with how the ring gets there. Two marks with the same subject rest on it.",
         arguments: &[
             ("from", "an entity, its name, a point, or a distance in world units; in front of the camera"),
-            ("to", "the same"),
+            ("to", "the same: an entity, its name, a point or a distance"),
             ("t", "0 to 1 between two, held to it; over marks the time that they are given in"),
             ("subjects", "a list of at least one of these, or of marks"),
-            ("easing", "as for `ease`, for marks that have none; straight if left out"),
+            ("easing", "an easing, as for `ease`, for marks that have none; straight if left out"),
         ],
         example: "rack(2.0, 8.0, 0.5)                                         // 3.2\n\
                   rack([2.0, 8.0, 2.0], 0.25)                                 // 3.2\n\

@@ -77,7 +77,10 @@ impl Header {
                         "clip" => TimeMode::Clip,
                         "loop" => TimeMode::Loop,
                         other => {
-                            return complain(format!("unknown mode `{other}`"), suggestion(other, ["clip", "loop"]));
+                            return complain(
+                                format!("`mode`: there is no mode `{other}`"),
+                                suggestion(other, ["clip", "loop"]),
+                            );
                         }
                     }
                 }

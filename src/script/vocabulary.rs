@@ -5,11 +5,12 @@ use std::collections::BTreeSet;
 use ::rhai::Engine;
 
 use super::closures;
+use super::elsewhere;
 use super::table::{self, Function};
-use super::words::{Words, keyword, plain_name, plain_type};
+use super::words::{Words, foreign, keyword, plain_name, plain_type};
 use crate::base::diagnostics::{did_you_mean, nearest};
 use crate::base::synonyms::by_meaning;
-use crate::components::Material;
+use crate::components::{Material, homes};
 
 /// What a script can name.
 #[derive(Clone, Debug, Default)]
@@ -22,6 +23,10 @@ pub struct Vocabulary {
     words: BTreeSet<String>,
     /// Names that the script, or the one that imports it, gives to something.
     pub declared: BTreeSet<String>,
+    /// Names that it gives to modules.
+    pub modules: BTreeSet<String>,
+    /// Names that it gives to variables and parameters.
+    pub variables: BTreeSet<String>,
 }
 
 /// Functions of Rhai that are its own business: operators, getters and what stands behind them.
@@ -76,6 +81,9 @@ impl Vocabulary {
             return (message, Some("it is called with what stands between its bars: |a, b| takes two".into()));
         }
         let name = plain_name(name);
+        if let Some((module, name)) = name.rsplit_once("::") {
+            return self.not_in_module(module, name);
+        }
         if !name.starts_with(|c: char| c.is_alphabetic()) {
             return operator(name, &arguments);
         }
@@ -88,6 +96,9 @@ impl Vocabulary {
         }
         let forms: Vec<&str> = forms(name);
         let message = format!("`{name}` does not take ({})", arguments.join(", "));
+        if let Some(help) = how_else(name, &arguments) {
+            return (message, Some(help));
+        }
         let help = match forms.is_empty() {
             false => Some(format!("it is called as {}", forms.join(" or "))),
             // A function of lists or texts, most likely, and the word for another thing here.
@@ -107,6 +118,12 @@ impl Vocabulary {
 
     /// The function that is meant by a name that there is not.
     pub fn nearest_function(&self, name: &str) -> Option<String> {
+        if let Some(slip) = self.own.iter().find(|(own, _)| own.eq_ignore_ascii_case(name)) {
+            return Some(format!("did you mean `{}`?", slip.0));
+        }
+        if let Some(help) = elsewhere::of_function(name) {
+            return Some(help);
+        }
         if table::functions().any(|function| function.name == name) {
             return Some(format!("`{name}` is a property: leave the brackets out"));
         }
@@ -118,13 +135,25 @@ impl Vocabulary {
             .chain(table::functions().map(|function| function.name))
             .collect();
         let all: Vec<&str> = self.functions.iter().map(String::as_str).collect();
-        did_you_mean(name, &ours).or_else(|| did_you_mean(name, &all)).or_else(|| keyword(name))
+        let meant = by_meaning(name, &ours).is_some();
+        let body = (!meant).then(|| elsewhere::of_body(name)).flatten();
+        body.or_else(|| did_you_mean(name, &ours)).or_else(|| did_you_mean(name, &all)).or_else(|| keyword(name))
     }
 
     pub fn unknown_variable(&self, name: &str) -> Words {
+        if let Some((module, name)) = name.rsplit_once("::") {
+            return self.not_in_module(module, name);
+        }
         let message = format!("there is no variable `{name}`");
-        if let Some(help) = stands_for(name) {
+        if self.modules.contains(name) {
+            return (message, Some(format!("what a module gives stands behind two colons: {name}::NAME")));
+        }
+        if let Some(help) = elsewhere::of_variable(name).or_else(|| foreign(name)) {
             return (message, Some(help.into()));
+        }
+        if self.variables.contains(name) {
+            let help = format!("`{name}` is named in another function or block: hand it over as an argument");
+            return (message, Some(help));
         }
         let others: Vec<&str> = self.words.iter().map(String::as_str).filter(|word| *word != name).collect();
         if self.has_function(name) {
@@ -132,7 +161,21 @@ impl Vocabulary {
             return (message, Some(format!("`{name}` is a function: {call}")));
         }
         let help = did_you_mean(name, &others).or_else(|| keyword(name));
-        (message, help.or_else(|| Some(format!("name it first: let {name} = ...;"))))
+        (
+            message,
+            help.or_else(|| Some(format!("name it first: let {name} = ...; a text stands in quotes: \"{name}\""))),
+        )
+    }
+
+    /// What a module does not give.
+    fn not_in_module(&self, module: &str, name: &str) -> Words {
+        let message = format!("module `{module}` gives no `{name}`");
+        let others: Vec<&str> = self.words.iter().map(String::as_str).filter(|word| *word != name).collect();
+        let near = nearest(name, others).map(|near| format!("did you mean `{near}`?"));
+        (
+            message,
+            near.or_else(|| Some("a module gives its functions, and the constants of its top: const NAME = 1;".into())),
+        )
     }
 
     /// A property that a value does not have: `text` as the engine says it.
@@ -140,15 +183,67 @@ impl Vocabulary {
         let mut quoted = text.split('\'').skip(1).step_by(2);
         let (name, kind) = (quoted.next().unwrap_or_default(), plain_type(quoted.next().unwrap_or_default()));
         let known = properties(&kind);
+        if kind == "vector" && known.contains(&name) {
+            return (format!("`{name}` of a vector: expected a number"), None);
+        }
         if known.contains(&name) {
             return (format!("`{name}` of a {kind} cannot be written"), None);
         }
         let message = format!("a {kind} has no `{name}`");
+        if let Some(help) = property_elsewhere(&kind, name) {
+            return (message, Some(help));
+        }
         if let Some(form) = forms(name).into_iter().find(|form| form.contains('(')) {
             return (message, Some(format!("`{name}` is a function: {form}")));
         }
-        (message, crate::base::diagnostics::suggestion(name, known))
+        (message, elsewhere::of_field(name, known))
     }
+}
+
+/// Help for arguments that a function of other languages takes and ours does not.
+fn how_else(name: &str, arguments: &[String]) -> Option<String> {
+    let kinds: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    Some(match (name, &kinds[..]) {
+        ("range", [_]) => "counting is written 0..n, as in for i in 0..10".into(),
+        ("length" | "size" | "count", ["list" | "text" | "map"]) => "write .len()".into(),
+        ("len", []) => "it is called on a list, a map or a text: list.len()".into(),
+        ("min" | "max", ["list"]) => format!("write list.reduce(|a, b| {name}(a, b))"),
+        ("min" | "max", [_, _, _, ..]) => format!("it takes two: {name}(a, {name}(b, c))"),
+        ("clip", [_, _, _]) => "write clamp(x, low, high)".into(),
+        // A function of lists or texts that is called on a thing of ours is meant for that.
+        (_, ["entity" | "scene" | "component" | "frame", ..]) if forms(name).is_empty() => {
+            elsewhere::of_function(name)?
+        }
+        ("get" | "material", [.., "text", _]) => "fields are assigned: s.get(\"name\").yaw = 90".into(),
+        ("look_at", ["component", ..]) => "the camera looks at a point: s.camera.at = [0, 1, 0]".into(),
+        _ => return None,
+    })
+}
+
+/// Help for a property that belongs to something that a value stands for, or leads to.
+fn property_elsewhere(kind: &str, name: &str) -> Option<String> {
+    let is_count = ["length", "size", "count", "len"].contains(&name);
+    match kind {
+        "list" | "text" | "map" if is_count => Some("write .len()".into()),
+        "list" if ["x", "y", "z"].contains(&name) => {
+            Some(format!("vec3(list).{name} is a coordinate; of a list itself it is list[0], list[1] or list[2]"))
+        }
+        "text" => field_of_material(name).map(|field| {
+            format!("`material` is the name of one, and its fields are reached by that: s.material(\"name\").{field}")
+        }),
+        "scene" if ["entities", "objects", "children", "lights"].contains(&name) => {
+            Some("all entities are s.entities(), one is s.get(\"name\"), those with a tag s.tagged(\"tag\")".into())
+        }
+        "scene" if !is_like(name, &properties(kind)) && homes::home_of(name).is_none() => {
+            Some(format!("an entity is found by its name: s.get(\"{name}\"); a material by s.material(\"{name}\")"))
+        }
+        _ => None,
+    }
+}
+
+/// Whether one of the words is meant by another.
+fn is_like(word: &str, known: &[&str]) -> bool {
+    did_you_mean(word, known).is_some()
 }
 
 /// The field of materials that is meant by a word, if one is.
@@ -171,13 +266,17 @@ fn operator(symbol: &str, arguments: &[String]) -> Words {
         [a, b] => {
             let help = match (symbol, a.as_str(), b.as_str()) {
                 (_, "nothing", _) | (_, _, "nothing") => Some("one of them is (): is a name or a property missing?"),
-                ("+", ..) => Some("texts are joined as in `a ${b}`"),
+                ("+" | ".." | "..=", ..) => Some("texts are joined as in `a ${b}`"),
                 (_, "list", _) | (_, _, "list") => Some("three numbers are a vector: vec3(x, y, z)"),
                 ("==" | "!=", ..) => None,
                 _ => None,
             };
             (format!("`{symbol}` does not work between a {a} and a {b}"), help.map(str::to_string))
         }
+        [a] if symbol == "!" => (
+            format!("`!` does not work on a {a}: it turns true into false"),
+            Some("compare a number, as in `if x == 0`".into()),
+        ),
         [a] => (format!("`{symbol}` does not work on a {a}"), None),
         _ => (format!("`{symbol}` does not work here"), None),
     }
@@ -219,29 +318,4 @@ fn methods(kind: &str) -> Vec<&'static str> {
     let is_method =
         |function: &&Function| function.forms.iter().any(|form| form.starts_with(receiver) && form.contains('('));
     table::functions().filter(is_method).map(|function| function.name).collect()
-}
-
-/// Variables that people expect to be there.
-fn stands_for(name: &str) -> Option<&'static str> {
-    Some(match name {
-        "PI" | "pi" | "Math" | "math" | "M_PI" => "write PI(); sind, cosd and tand take degrees",
-        "TAU" | "tau" => "write 2 * PI()",
-        "t" | "time" => "write f.t, or f.seconds",
-        "seconds" => "write f.seconds",
-        "frame" | "frame_number" | "frameNumber" => "write f.number",
-        "index" | "frame_index" => "write f.index",
-        "fps" => "write f.fps",
-        "frames" => "write f.count",
-        "camera" | "cam" => "write s.camera",
-        "render" | "settings" => "write s.render",
-        "scene" | "world" | "stage" => "the scene is the first argument of `setup` and `frame`: s",
-        "True" => "write true",
-        "False" => "write false",
-        "None" | "nil" | "null" | "undefined" | "NULL" => "write () for nothing",
-        "self" => "write this, or hand it over as an argument",
-        "rng" | "random" | "rand" => "write f.rng, or s.rng in setup",
-        "x" | "y" | "z" => "coordinates belong to a vector: v.x",
-        "_" => "`_` is for the last case of a switch",
-        _ => return None,
-    })
 }

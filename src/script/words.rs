@@ -37,7 +37,11 @@ pub fn of_error(error: &EvalAltResult, near: &str, vocabulary: &Vocabulary) -> W
         E::ErrorIndexingType(text, _) => {
             let mut types = text.split([' ', '[', ']', '=']).filter(|part| !part.is_empty()).map(plain_type);
             let (value, index) = (types.next().unwrap_or_default(), types.next().unwrap_or_default());
-            only(format!("a {value} cannot be asked for [{index}]"))
+            let message = format!("a {value} cannot be asked for [{index}]");
+            match (value.as_str(), index.as_str()) {
+                ("scene", "text") => with(message, "an entity is found by its name: s.get(\"name\")"),
+                _ => only(message),
+            }
         }
         E::ErrorPropertyNotFound(name, _) => only(format!("the map has no `{name}`")),
         E::ErrorIndexNotFound(index, _) => only(format!("there is nothing at `{index}`")),
@@ -71,7 +75,10 @@ pub fn of_error(error: &EvalAltResult, near: &str, vocabulary: &Vocabulary) -> W
         }
         E::ErrorArithmetic(text, _) => arithmetic(text),
         E::ErrorUnboundThis(_) => only("there is no `this` here"),
-        E::ErrorModuleNotFound(name, _) => only(format!("there is no module `{name}`")),
+        E::ErrorModuleNotFound(name, _) => with(
+            format!("there is no module `{name}`"),
+            format!("import it at the top of the script: import \"{name}\" as {name};"),
+        ),
         E::ErrorDataRace(name, _) => {
             // What it calls a value that has no name is nothing.
             let what = if name.is_empty() { "a value".to_string() } else { format!("`{name}`") };
@@ -168,6 +175,16 @@ pub fn foreign(word: &str) -> Option<&'static str> {
             "a variable is written `let name = ...;`"
         }
         "pass" => "an empty block is written `{ }`",
+        "except" | "rescue" => "write `try { ... } catch (problem) { ... }`",
+        "void" | "procedure" | "macro" | "method" => "a function is written `fn name(a, b) { ... }`",
+        "uniform" | "varying" | "attribute" | "inout" => {
+            "values from outside are parameters: `param(\"name\", 1.0)`, set by -D name=value"
+        }
+        "global" | "nonlocal" => "functions see what the top of the script names: `const NAME = 1;`",
+        "del" | "delete" => "an entity is removed by `s.despawn(entity)`",
+        "echo" | "puts" => "write `print(x)`",
+        "unless" => "write `if !(...) { ... }`",
+        "mut" => "every variable can change: leave this word out",
         "foreach" => "write `for item in list { ... }`",
         "until" => "write `while !(...) { ... }`",
         "class" | "struct" | "interface" => "maps hold what belongs together: `#{ name: 1, other: 2 }`",
@@ -187,6 +204,15 @@ pub fn foreign(word: &str) -> Option<&'static str> {
 /// What is wrong with the grammar of a script; `near` is the word at the place.
 fn of_grammar(kind: &ParseErrorType, near: &str) -> Words {
     use ParseErrorType as P;
+    if let (P::PropertyExpected, "loop") = (kind, near) {
+        return with("`loop` is a word of the language, and no key", "for a sequence that begins anew: mode: \"loop\"");
+    }
+    if let (P::PropertyExpected, true) = (kind, near.chars().any(char::is_alphabetic)) {
+        return with(
+            format!("`{near}` is a word of the language: as a key it stands in quotes"),
+            format!("write \"{near}\": ..."),
+        );
+    }
     if let Some(help) = foreign(near) {
         return with(format!("`{near}` is not a word of this language"), help);
     }
@@ -275,6 +301,12 @@ fn operator(symbol: &str) -> Words {
         "?" | ":" => "write `if a { b } else { c }`",
         "->" => "functions are written `fn name(a) { ... }`, closures `|x| x + 1`",
         ":=" => "write `=`",
+        "=" => "write `==` to compare, and one assignment at a time",
+        ";" | "," => {
+            return with(format!("a value is missing before this `{symbol}`"), "write it in full, as in `x = 1;`");
+        }
+        "." => "a number has a digit before its point: 0.5",
+        "\u{b0}" => "angles are plain numbers, in degrees",
         "#" | "@" | "$" => "comments begin with //",
         "# {" => "write #{ without a blank between",
         "//=" => "write div(x, y)",

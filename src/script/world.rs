@@ -162,7 +162,7 @@ pub const CHAPTER: Chapter = Chapter {
             name: "to_world",
             forms: &["e.to_world(point) -> vector"],
             text: "A point of an entity's local space, in the world.",
-            arguments: &[("e", "an entity"), ("point", "in local space")],
+            arguments: &[("e", "an entity"), ("point", "a point in local space")],
             example: "let stick = s.spawn(#{ aabox: #{}, translation: [0, 1, 0], yaw: 90 });\n\
                       stick.to_world([2, 0, 0])       // vec3(0, 1, -2)",
             register: |engine| {
@@ -176,7 +176,7 @@ pub const CHAPTER: Chapter = Chapter {
             name: "to_local",
             forms: &["e.to_local(point) -> vector"],
             text: "A point of the world, in an entity's local space.",
-            arguments: &[("e", "an entity"), ("point", "in the world")],
+            arguments: &[("e", "an entity"), ("point", "a point in the world")],
             example: "let stick = s.spawn(#{ aabox: #{}, translation: [0, 1, 0], scale: 2 });\n\
                       stick.to_local([2, 1, 0])       // vec3(1, 0, 0)",
             register: |engine| {

@@ -1,4 +1,4 @@
-//! What can be rendered and is most likely not what was meant: warnings of `anim check`.
+//! What can be rendered and is most likely not what was meant: warnings of `anim check`, and of what renders.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -6,32 +6,53 @@ use rustc_hash::FxHashMap;
 use super::Shot;
 use super::fingerprint::Fingerprint;
 use super::glass;
+use super::idle::Unused;
 use super::linked_tags as links;
 use super::placements::{Placements, shapes_of};
+use super::plan::Plan;
+use super::unused;
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Severity, Subject};
 use crate::base::limits;
 use crate::components::shapes::world_bounds;
 use crate::components::*;
+use crate::load;
 use crate::systems::{self, ContactsLeftOut};
 
 /// Frames whose scenes are looked at, spread over the sequence: the first and the last are among them.
 const LOOKED_AT: usize = 24;
+/// As many where somebody waits for the pictures.
+const LOOKED_AT_SOON: usize = 3;
 /// Entities that a warning names.
 const NAMED: usize = 3;
 
 /// Warnings about a shot whose frames can all be rendered; `fingerprints` are those of frames 1, 2, 3, ...
 pub fn advice(shot: &mut Shot, fingerprints: &[Fingerprint]) -> Diagnostics {
-    let count = fingerprints.len();
-    let looked_at = count.min(LOOKED_AT);
-    let spread = |i: usize| 1 + if looked_at > 1 { i * (count - 1) / (looked_at - 1) } else { 0 };
+    let frames: Vec<u32> = (1..=fingerprints.len() as u32).collect();
+    let still = fingerprints.windows(2).all(|pair| pair[0].hash() == pair[1].hash());
+    advice_on(shot, &frames, LOOKED_AT, still)
+}
+
+/// Those of them that are soon found, about the frames of a plan: before these are rendered nobody wants to wait.
+pub fn quick_advice(shot: &mut Shot, plan: &Plan) -> Diagnostics {
+    let good: Vec<_> = plan.frames.iter().filter(|planned| planned.fingerprint.is_ok()).collect();
+    let frames: Vec<u32> = good.iter().map(|planned| planned.frame).collect();
+    let is_whole = frames.len() == shot.frames() as usize;
+    let still = is_whole && good.windows(2).all(|pair| pair[0].hash == pair[1].hash);
+    advice_on(shot, &frames, LOOKED_AT_SOON, still)
+}
+
+/// Warnings about some frames, of which so many are looked at; `still` if they are all that there are, and the same.
+fn advice_on(shot: &mut Shot, frames: &[u32], most: usize, still: bool) -> Diagnostics {
+    let count = frames.len();
+    let looked_at = count.min(most);
+    let spread = |i: usize| frames[if looked_at > 1 { i * (count - 1) / (looked_at - 1) } else { 0 }];
     let mut scenes: Vec<(u32, Scene)> = Vec::with_capacity(looked_at);
     for frame in (0..looked_at).map(spread) {
-        if let Ok(scene) = shot.scene_of(frame as u32) {
-            scenes.push((frame as u32, scene));
+        if let Ok(scene) = shot.scene_of(frame) {
+            scenes.push((frame, scene));
         }
     }
     let mut found = Diagnostics::default();
-    let still = fingerprints.windows(2).all(|pair| pair[0].hash() == pair[1].hash());
     if shot.is_sequence() && count > 1 && still {
         let message = format!("nothing moves: all {count} frames are the same picture");
         let help = "let `frame(s, f)` change something by `f.t` or `f.seconds`, or set `frames: 1`";
@@ -43,19 +64,14 @@ pub fn advice(shot: &mut Shot, fingerprints: &[Fingerprint]) -> Diagnostics {
                     `environment` or a material's `emission` light it too";
         found.push(at_script(shot, Diagnostic::warning(message).help(help)));
     }
-    found.0.extend(stepping(shot, count as u32));
-    if let Some(unseen) = unseen(shot, &scenes, count) {
-        found.push(unseen);
-    }
+    let has_all = count == shot.frames() as usize;
+    found.0.extend(has_all.then(|| stepping(shot, count as u32)).flatten());
+    // What few frames do not show another one may.
+    let is_telling = has_all && (looked_at == count || looked_at == LOOKED_AT);
+    found.0.extend(is_telling.then(|| unseen(shot, &scenes, count)).flatten());
     found.0.extend(contacts(shot));
     if let Some((first, scene)) = scenes.first() {
         for mut warning in glass::beyond_what_rays_know(scene) {
-            shot.input.find_place(&mut warning, *first);
-            found.push(warning);
-        }
-        for (field, message) in idle_camera_fields(&scene.camera) {
-            let subject = Subject { part: ScenePart::Camera, component: None, field: Some(field) };
-            let mut warning = Diagnostic::warning(message).about(subject);
             shot.input.find_place(&mut warning, *first);
             found.push(warning);
         }
@@ -70,10 +86,18 @@ pub fn advice(shot: &mut Shot, fingerprints: &[Fingerprint]) -> Diagnostics {
             shot.input.find_place(&mut warning, *first);
             found.push(warning);
         }
-        for (index, field, message) in idle_fields(scene) {
-            let subject = Subject { part: ScenePart::Material(index), component: None, field: Some(field) };
-            let mut warning = Diagnostic::warning(message).about(subject);
-            shot.input.find_place(&mut warning, *first);
+        let before = shot.is_sequence().then(|| shot.input.base.scene().clone());
+        let idle = unused::in_all(before.as_ref(), scenes.iter().map(|(_, scene)| scene));
+        for Unused { subject, message, help, .. } in idle.into_iter().chain(fov_as_usual(shot, scene)) {
+            let mut warning = Diagnostic { help, ..Diagnostic::warning(message) };
+            match ways(shot, scene, &subject) {
+                Telling::AtItsPlace => {
+                    warning = warning.about(subject);
+                    shot.input.find_place(&mut warning, *first);
+                }
+                Telling::Alone => {}
+                Telling::Never => continue,
+            }
             found.push(warning);
         }
     }
@@ -231,61 +255,61 @@ fn idle_fog(scene: &Scene) -> Option<(&'static str, &'static str)> {
     ))
 }
 
-/// Fields of materials that are given and that their models do not look at: which material, which field, and what to say.
-fn idle_fields(scene: &Scene) -> Vec<(usize, &'static str, String)> {
-    let usual = Material::default();
-    let mut found = Vec::new();
-    for (index, (name, material)) in scene.materials.iter().enumerate() {
-        let is_principled = material.model == Model::Principled;
-        let is_metal = material.model == Model::Conductor;
-        let lets_through = !matches!(material.model, Model::Lambert | Model::Conductor | Model::Plastic | Model::Unlit);
-        let has_facets = !matches!(material.model, Model::BlinnPhong | Model::Lambert | Model::Unlit);
-        let idle = [
-            ("metallic", material.metallic != usual.metallic && !is_principled, "`Principled`"),
-            ("thin", material.thin != usual.thin && !is_principled, "`Principled`"),
-            (
-                "priority",
-                material.priority != usual.priority && !lets_through,
-                "`BlinnPhong`, `Dielectric` and `Principled`",
-            ),
-            ("eta", material.eta != usual.eta && !is_metal, "`Conductor`"),
-            (
-                "roughness",
-                material.roughness != usual.roughness && !has_facets,
-                "`Conductor`, `Dielectric`, `Plastic` and `Principled`",
-            ),
-        ];
-        if material.shadow_catcher && scene.render.integrator == Integrator::Photon {
-            let message = format!(
-                "material `{name}`: with `integrator: Photon` a `shadow_catcher` is an ordinary surface; `Path`, \
-                 `Distribution` and `Whitted` show its shadows alone"
-            );
-            found.push((index, "shadow_catcher", message));
-        }
-        for (field, _, models) in idle.into_iter().filter(|(_, is_idle, _)| *is_idle) {
-            let model = material.model.name();
-            found.push((
-                index,
-                field,
-                format!("material `{name}`: `{field}` is not used by `{model}`, only by {models}"),
-            ));
-        }
-    }
-    found
+/// How something that counts for nothing is told.
+enum Telling {
+    AtItsPlace,
+    /// The command line gives it.
+    Alone,
+    Never,
 }
 
-/// Fields of the camera that are given and that nothing looks at: which field, and what to say.
-fn idle_camera_fields(camera: &Camera) -> Vec<(&'static str, String)> {
-    let usual = Camera::default();
-    let is_parallel = camera.projection == Projection::Orthographic;
-    let has_view = camera.entity.is_none();
-    let idle = [
-        ("height", camera.height.is_some() && !is_parallel && has_view, "an `Orthographic` camera"),
-        ("fov", camera.fov != usual.fov && is_parallel && camera.height.is_some(), "a camera without `height`"),
-        ("blades", camera.blades > 0 && camera.lens_radius() == 0.0, "an open lens: give it an `aperture`"),
-    ];
-    let said = |(field, _, by): (&'static str, bool, &str)| (field, format!("camera: `{field}` is only used by {by}"));
-    idle.into_iter().filter(|(_, is_idle, _)| *is_idle).map(said).collect()
+/// Formats with a place for every number leave none out, and settings of the command line are for a look at what is
+/// written otherwise: neither is a mistake of whoever has written the scene.
+fn ways(shot: &Shot, scene: &Scene, subject: &Subject) -> Telling {
+    let is_by_hand = match &shot.input.scene_file {
+        Some((path, _)) => path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ron")),
+        None => true,
+    };
+    let overrides = &shot.input.overrides;
+    let is_of_settings = matches!(subject.part, ScenePart::Render | ScenePart::Camera);
+    if !is_by_hand || is_pinhole_by_choice(shot, subject) || is_of_file(shot, scene, subject) {
+        Telling::Never
+    } else if subject.field == Some("samples") && overrides.samples.is_some() {
+        Telling::Alone
+    } else if is_of_settings && overrides.change_light() {
+        Telling::Never
+    } else {
+        Telling::AtItsPlace
+    }
+}
+
+/// Whether it is of a material that comes with a mesh or an asset, and that the scene's own text does not name.
+fn is_of_file(shot: &Shot, scene: &Scene, subject: &Subject) -> bool {
+    let Some((path, _)) = &shot.input.scene_file else { return false };
+    let whole = Subject { field: None, ..*subject };
+    matches!(subject.part, ScenePart::Material(_)) && !load::is_written(path, scene, whole)
+}
+
+/// A field of the camera that the scene's own text gives.
+fn camera_gives(shot: &Shot, field: &'static str) -> bool {
+    let Some((path, _)) = &shot.input.scene_file else { return false };
+    let subject = Subject { part: ScenePart::Camera, component: None, field: Some(field) };
+    load::is_written(path, shot.input.base.scene(), subject)
+}
+
+/// Whether the scene says by itself that the lens is closed, which a script may open.
+fn is_pinhole_by_choice(shot: &Shot, subject: &Subject) -> bool {
+    let is_of_lens = ["focus", "focus_distance", "lens", "blades"].iter().any(|field| subject.field == Some(field));
+    let is_closed = shot.input.base.scene().camera.lens_radius() == 0.0;
+    subject.part == ScenePart::Camera && is_of_lens && is_closed && camera_gives(shot, "aperture")
+}
+
+/// A field of view that is the usual one, and is written beside a focal length all the same.
+fn fov_as_usual(shot: &Shot, scene: &Scene) -> Option<Unused> {
+    let camera = &scene.camera;
+    let is_usual = camera.fov == Camera::default().fov && camera.focal_length.is_some() && camera.entity.is_none();
+    let is_beside = is_usual && camera_gives(shot, "fov") && camera_gives(shot, "focal_length");
+    is_beside.then(unused::hidden_fov).flatten()
 }
 
 /// Whether the material of an entity emits light.

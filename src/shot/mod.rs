@@ -17,9 +17,11 @@ mod description;
 mod files;
 pub mod fingerprint;
 mod glass;
+mod idle;
 mod linked_tags;
 pub mod live;
 mod moments;
+mod overrides;
 mod parts;
 mod placements;
 pub mod plan;
@@ -27,6 +29,8 @@ pub mod reuse;
 pub mod run;
 pub mod set;
 mod shutter;
+mod unused;
+mod unused_material;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -34,63 +38,19 @@ use std::sync::Arc;
 
 use assets::Assets;
 use fingerprint::{BaseFingerprint, Fingerprint};
+pub use overrides::Overrides;
 pub use shutter::Slice;
 
 use crate::base::diagnostics::{Cause, Diagnostic, Diagnostics, ScenePart};
 use crate::base::limits;
 use crate::base::project::{Access, FileRole, Folder, Project};
 use crate::base::rate::Rate;
-use crate::components::{Accel, Aov, Camera, Edit, Integrator, Render, Scene};
+use crate::components::{Camera, Edit, Render, Scene};
 use crate::load;
 use crate::load::mesh::MeshFiles;
 use crate::output::names::Target;
 use crate::script::{ClipFrames, Evaluation, Parameter, Program};
 use crate::systems::{self, Stage};
-
-/// Settings of the command line; they have the last word in every frame.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Overrides {
-    /// Width and height in pixels.
-    pub size: Option<[u32; 2]>,
-    /// The part of the frame that is rendered: left, top, width and height in pixels.
-    pub region: Option<[u32; 4]>,
-    /// The camera, by its name, that all frames are seen from.
-    pub camera: Option<String>,
-    /// Samples per pixel.
-    pub samples: Option<u32>,
-    /// Seed of all sampling.
-    pub seed: Option<u64>,
-    /// Which light paths are followed.
-    pub integrator: Option<Integrator>,
-    /// What finds primitives along rays.
-    pub accel: Option<Accel>,
-    /// Side of the squares that point lights are widened to.
-    pub light_size: Option<f64>,
-    /// Bits per channel of the picture file.
-    pub bit_depth: Option<u32>,
-    /// Layers beside the colours.
-    pub aovs: Option<Vec<Aov>>,
-    /// Whether noise is filtered out.
-    pub denoise: Option<bool>,
-}
-
-impl Overrides {
-    fn apply(&self, render: Render) -> Render {
-        Render {
-            size: self.size.unwrap_or(render.size),
-            region: self.region.or(render.region),
-            samples: self.samples.unwrap_or(render.samples),
-            seed: self.seed.or(render.seed),
-            integrator: self.integrator.unwrap_or(render.integrator),
-            accel: self.accel.unwrap_or(render.accel),
-            light_size: self.light_size.unwrap_or(render.light_size),
-            bit_depth: self.bit_depth.unwrap_or(render.bit_depth),
-            aovs: self.aovs.clone().unwrap_or(render.aovs),
-            denoise: self.denoise.unwrap_or(render.denoise),
-            ..render
-        }
-    }
-}
 
 /// How an input is opened.
 #[derive(Clone, Debug, Default)]
@@ -181,6 +141,7 @@ pub fn open_in(input: &Path, options: OpenOptions, project: Arc<Project>) -> Res
             let message = format!("-D {define}: only a script has parameters, and {source} is a scene");
             return Err(Diagnostic::error(message).because(Cause::Usage).into());
         }
+        load::check_ending(input)?;
         let (scene, warnings) = load::load_scene_in(input, strict, &project)?;
         let scene = Arc::new(scene);
         let base = BaseFingerprint::new(scene.clone(), Assets::new(scene.base.clone())).without_entities();
@@ -195,7 +156,12 @@ pub fn open_in(input: &Path, options: OpenOptions, project: Arc<Project>) -> Res
     let program = Program::open(input, &defines, &project, &evaluation)?;
     let scene_file = program.scene_path()?;
     let (scene, warnings) = match &scene_file {
-        Some((path, project)) => load::load_scene_in(path, strict, project)?,
+        Some((path, project)) => load::load_scene_in(path, strict, project).map_err(|mut problems| {
+            for problem in problems.0.iter_mut().filter(|problem| problem.place.is_none()) {
+                problem.place = Some(program.place_of_scene());
+            }
+            problems
+        })?,
         None => {
             let base = Folder::around(input, project.clone());
             (Scene { base, ..Scene::default() }, Diagnostics::default())

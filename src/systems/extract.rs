@@ -13,7 +13,7 @@ use super::contacts::{ContactNudges, contact_nudges};
 use super::deform::{self, Deformed};
 use super::hierarchy::Placement;
 use super::origin::{relative, render_origin};
-use super::stage::{Despawned, MaterialIndex, Stage};
+use super::stage::{AuthoredIndex, Despawned, MaterialIndex, Stage};
 use crate::base::diagnostics::{Diagnostic, Diagnostics, ScenePart, Subject};
 use crate::base::limits;
 use crate::components::entity::every_kind;
@@ -151,6 +151,39 @@ macro_rules! extract_shapes {
     ($this:ident; $($name:ident : $variant:ident is $role:ident),* $(,)?) => { $( extract_shapes!(@$role $this $variant); )* };
     (@Shape $this:ident $shape:ident) => { $this.each::<$shape>()?; };
     (@$role:ident $this:ident $shape:ident) => {};
+}
+
+/// Calls `$this.check::<T>()?` for every kind that is a shape.
+macro_rules! check_shapes {
+    ($this:ident; $($name:ident : $variant:ident is $role:ident),* $(,)?) => { $( check_shapes!(@$role $this $variant); )* };
+    (@Shape $this:ident $shape:ident) => { check_placements_of::<$shape>($this)?; };
+    (@$role:ident $this:ident $shape:ident) => {};
+}
+
+/// Sees to it that every shape can be traced where it stands, as [`update`] does when its columns are made.
+///
+/// # Errors
+/// The first shape of a kind that is scaled flat and must not be, or that stands beyond reach.
+pub fn check_placements(stage: &Stage) -> Result<(), Diagnostics> {
+    every_kind!(check_shapes stage);
+    Ok(())
+}
+
+fn check_placements_of<T: ExtractShape>(stage: &Stage) -> Result<(), Diagnostic> {
+    let origin = render_origin(stage);
+    let mut wrong: Option<(AuthoredIndex, Diagnostic)> = None;
+    // In no order: of several the first is told.
+    let mut query =
+        stage.world.query::<(&AuthoredIndex, &T, Option<&Deformed>, Option<&Placement>)>().without::<&Despawned>();
+    for (order, shape, bent, placement) in query.iter() {
+        let map = if shape.bent(bent).1 { DAffine3::IDENTITY } else { relative(placement, origin) };
+        if let Err(problem) = shows(stage, order.0 as usize, &map, T::CAN_BE_FLAT)
+            && wrong.as_ref().is_none_or(|(first, _)| order < first)
+        {
+            wrong = Some((*order, problem));
+        }
+    }
+    wrong.map_or(Ok(()), |(_, problem)| Err(problem))
 }
 
 impl<'a> Extraction<'a> {

@@ -352,7 +352,8 @@ pub fn forget(stage: &mut Stage) {
 /// # Errors
 /// A focus on an entity that does not exist or does not lie before the camera.
 pub fn check(stage: &Stage) -> Result<(), Diagnostics> {
-    lens::camera_rays(stage, stage.settings().size).map(drop)
+    lens::camera_rays(stage, stage.settings().size)?;
+    extract::check_placements(stage)
 }
 
 /// A sink while a frame is traced.

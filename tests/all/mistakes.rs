@@ -200,7 +200,146 @@ fn foreign_words_in_scripts() {
         ("map_range(1, 2, 3, 4, 5);", 1, "`remap`"),
         ("random();", 1, "`rng`"),
         ("s.spawn(#{ cube: #{} });", 12, "`aabox`"),
+        ("let a = s.get(\"ball\").x;", 23, ".translation.x"),
+        ("s.find(\"ball\").yaw = 1;", 3, "`get`"),
+        ("s.object(\"ball\").yaw = 1;", 3, "`get`"),
+        ("s.add_sphere([0, 0, 0], 1);", 3, "s.spawn(#{"),
+        ("s.move(\"ball\", [1, 0, 0]);", 3, "`translation`"),
+        ("s.camera.yaw = 3;", 10, "s.get(\"name\").yaw"),
+        ("s.material(\"m\").yaw = 3;", 17, "s.get(\"name\").yaw"),
+        ("s.get(\"ball\").rotate(0, 90, 0);", 15, "e.yaw = 90"),
+        ("s.get(\"ball\").translate(0, 90, 0);", 15, "e.translation"),
+        ("s.get(\"ball\").hide();", 15, "e.visible = false"),
+        ("s.get(\"ball\").set_color([1, 0, 0]);", 15, "s.material(\"name\").color"),
+        ("let a = rand(0, 1);", 9, "f.rng.range"),
+        ("let a = Color(1, 0, 0);", 9, "[1, 0.5, 0]"),
+        ("let a = rgb(255, 0, 0);", 9, "[1, 0.5, 0]"),
+        ("console.log(\"hi\");", 1, "print(x)"),
+        ("let a = str(3);", 9, "${"),
+        ("let a = mod(5, 3);", 9, "x % y"),
+        ("let a = math.sin(3);", 9, "sin(x)"),
+        ("s.get(\"ball\").intensity = 3;", 15, "s.material(\"m\").emission"),
+        ("s.get(\"lamp\").intensity = 3;", 15, ".area_light.intensity"),
+        ("s.get(\"lamp\").power = 3;", 15, "`intensity`"),
+        ("s.camera.intensity = 3;", 10, "intensity"),
+        ("s.render.fov = 3;", 10, "s.camera.fov"),
+        ("s.camera.samples = 3;", 10, "s.render.samples"),
+        ("s.fov = 3;", 3, "s.camera.fov"),
+        ("let a = [1].length();", 13, ".len()"),
+        ("let a = [1].length;", 13, ".len()"),
+        ("let a = len();", 9, "list.len()"),
+        ("for i in range(3) { }", 10, "0..n"),
+        ("let a = min(1, 2, 3);", 9, "min(a, min(b, c))"),
+        ("s.ball.yaw = 3;", 3, "s.get(\"ball\")"),
+        ("s[\"ball\"].yaw = 3;", 2, "s.get(\"name\")"),
+        ("s.get(\"ball\").material.color = [1, 0, 0];", 24, "s.material(\"name\").color"),
+        ("s.material(\"m\").color_map = \"wood.png\";", 17, "image: \"wood.png\""),
+        ("let a = ORIGIN;", 9, "vector"),
+        ("let a = bpy.data;", 9, "s.get(\"name\")"),
+        ("pass", 1, "{ }"),
     ] {
         trials.wrong(line, column, &[word]);
     }
+}
+
+#[test]
+fn forms_of_other_languages() {
+    let mut trials = Trials::default();
+    for (line, column, word) in [
+        ("if not f.t { }", 4, "`!`"),
+        ("if !f.t { }", 4, "x == 0"),
+        ("let a = 1; if a = 2 { }", 17, "`==`"),
+        ("for (i = 0; i < 3; i++) { }", 8, "0..10"),
+        ("for (let i = 0; i < 3; i++) { }", 6, "0..10"),
+        ("for i = 0, 10 { }", 7, "0..10"),
+        ("let a = f\"x {f.t}\";", 9, "backticks"),
+        ("let a = 1 if f.t > 0 else 2;", 11, "if a { b } else { c }"),
+        ("vec3 a = [1, 2, 3];", 1, "let name = ...;"),
+        ("int a = 1;", 1, "let name = ...;"),
+        ("let mut a = 1;", 5, "every variable can change"),
+        ("let a: number = 1.0;", 6, "no type"),
+        ("let (a, b) = [1, 2];", 5, "one variable at a time"),
+        ("let a, b = 1, 2;", 6, "one variable at a time"),
+        ("let a = 1.0f;", 12, "no unit"),
+        ("s.get(\"ball\").yaw = 30deg;", 23, "degrees"),
+        ("let a = 1,5;", 10, "decimals begin with a point"),
+        ("let a = {\"a\": 1};", 9, "#{"),
+        ("let a = { a: 1 };", 9, "#{"),
+        ("let a = (1, 2, 3);", 9, "[1, 2, 3]"),
+        ("s.get(\"ball\").translation = <1, 2, 3>;", 29, "[1, 2, 3]"),
+        ("let a = lerp(a: 1, b: 2, t: 0.5);", 15, "arguments have no names"),
+        ("let a = (x) => x + 1;", 13, "|x| x + 1"),
+        ("let a = function(x) { x };", 9, "|x| x + 1"),
+        ("let a = [1, 2, 3]; let b = a[0:2];", 31, "list[1..3]"),
+        ("print \"hello\";", 1, "brackets"),
+        ("s.camera.fov = ;", 16, "a value is missing"),
+        ("#declare X = 1;", 1, "let name = 1"),
+        ("try { } except { }", 9, "catch"),
+        ("let a = `x` \"y\";", 13, "expected `;`"),
+    ] {
+        trials.wrong(line, column, &[word]);
+    }
+    let head = |header: &str| format!("animation(#{{ {header} }});\nfn frame(s, f) {{ }}");
+    trials.check(&head("frames: 5, loop: true"), "show.rhai:1:25: ", &["mode: \"loop\""]);
+    trials.check(&head("frames: 5, mode: \"lop\""), "show.rhai:1:25: ", &["did you mean `loop`?"]);
+    trials.check("animation({ frames: 5 });\nfn frame(s, f) { }", "show.rhai:1:11: ", &["#{"]);
+    trials.check("animation(#{ frames: 5 });\nfn update(s, f) { }", "show.rhai:2:4: ", &["did you mean `frame`?"]);
+    trials.check("animation(#{ frames: 5 });\nfn frame(s: Scene, f) { }", "show.rhai:2:11: ", &["no types"]);
+    let step =
+        "animation(#{ frames: 5 });\nfn start(s) { 1 }\nfn step(state, f) { state += 1; }\nfn frame(s, f) { f.state; }";
+    trials.check(step, "show.rhai:3:", &["`step` gives nothing"]);
+}
+
+/// A column that is misspelt is nothing otherwise; maps of one's own are asked for what may be missing.
+#[test]
+fn a_misspelt_column_of_a_row_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("show.rhai");
+    std::fs::write(folder.path().join("d.csv"), "time,temp\n0,1.5\n1,2.5\n").unwrap();
+    let run = |asked: &str| {
+        let text = format!(
+            "const D = load_csv(\"d.csv\");\n{}",
+            body(&format!("let r = D[1]; let m = #{{ cell_a: 1 }};\n{asked}"))
+        );
+        std::fs::write(&path, text).unwrap();
+        let project = Project::of(&path, &Default::default()).unwrap();
+        let program = Program::open(&path, &[], &project, &Evaluation::InProcess).map_err(|e| e.to_string())?;
+        program.frame(&scene(), 2, 0.0).map(drop).map_err(|e| e.to_string())
+    };
+    for asked in ["let a = 2 * r.tmep;", "let a = r[\"tmep\"] + 1;", "s.get(\"ball\").yaw = r.tmep;"] {
+        let said = run(asked).unwrap_err();
+        assert!(
+            said.contains("show.rhai:5:") && said.contains("no column `tmep`") && said.contains("`temp`"),
+            "{said}"
+        );
+    }
+    run("let a = r.temp; let b = r.other ?? 3; let c = m.cell_b; m.cell_c = 5; r.temq = 3;").unwrap();
+}
+
+/// Constants of a module's top are seen by its functions, and by whoever imports it.
+#[test]
+fn modules_give_their_constants() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("show.rhai");
+    std::fs::write(folder.path().join("pal.rhai"), "const K = 3;\nfn twice() { K * 2 }\n").unwrap();
+    let run = |value: &str| {
+        let text = format!(
+            "import \"pal\" as pal;\nanimation(#{{ frames: 5 }});\nfn frame(s, f) {{\n  s.camera.fov = {value};\n}}"
+        );
+        std::fs::write(&path, text).unwrap();
+        let project = Project::of(&path, &Default::default()).unwrap();
+        let program = Program::open(&path, &[], &project, &Evaluation::InProcess).map_err(|e| e.to_string())?;
+        program.frame(&scene(), 2, 0.0).map_err(|e| e.to_string())
+    };
+    let fov = |edits: Vec<anim::components::Edit>| match &edits[0] {
+        anim::components::Edit::Camera(camera) => camera.fov,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(fov(run("30 + pal::K + pal::twice()").unwrap()), 39.0);
+    let said = run("pal::KK").unwrap_err();
+    assert!(said.contains("show.rhai:4:") && said.contains("module `pal` gives no `KK`"), "{said}");
+    let said = run("pal::twise()").unwrap_err();
+    assert!(said.contains("show.rhai:4:") && said.contains("`twice`"), "{said}");
+    let said = run("pal.K").unwrap_err();
+    assert!(said.contains("show.rhai:4:") && said.contains("pal::NAME"), "{said}");
 }

@@ -2,19 +2,13 @@
 //!
 //! A word is only ever offered where it works: the caller says which words are known there.
 
-/// What some words elsewhere are called here, and what to say beside it.
-struct Synonym {
-    /// Lower case, without blanks, dashes and underscores.
-    foreign: &'static [&'static str],
-    /// Ours, the likeliest first.
-    ours: &'static [&'static str],
-    /// What the word alone does not tell.
-    note: &'static str,
-}
+mod functions;
+mod picture;
+mod synonym;
 
-const fn meaning(foreign: &'static [&'static str], ours: &'static [&'static str], note: &'static str) -> Synonym {
-    Synonym { foreign, ours, note }
-}
+use functions::FUNCTIONS;
+use picture::PICTURE;
+use synonym::{Synonym, meaning};
 
 /// Words of ours that stand inside of something else than where they were written.
 const ELSEWHERE: &[Synonym] = &[
@@ -47,13 +41,18 @@ const MEANINGS: &[Synonym] = &[
     meaning(&["bank", "banking", "twist"], &["roll"], "degrees"),
     meaning(&["scaling", "zoom", "stretch", "dimensions", "scalexyz"], &["scale", "fov", "size"], ""),
     meaning(
+        &["toworld", "matrixworld", "worldmatrix", "objecttoworld", "modelmatrix", "transformation", "xform"],
+        &["matrix", "transform"],
+        "",
+    ),
+    meaning(
         &["childof", "attachedto", "parentto", "attach", "parentname", "owner"],
         &["parent"],
         "the name of an entity",
     ),
     meaning(
         &["target", "lookat", "lookatpoint", "to", "interest", "focalpoint", "aim", "pointat", "center", "eyetarget"],
-        &["at", "center", "look_at"],
+        &["at", "center", "look_at", "direction"],
         "",
     ),
     meaning(&["eye", "lookfrom", "viewpoint", "cameraposition", "start", "src"], &["from", "base", "file"], ""),
@@ -67,7 +66,7 @@ const MEANINGS: &[Synonym] = &[
     meaning(&["disc", "circle"], &["disk", "orbit"], ""),
     meaning(
         &["object", "obj", "geometry", "polygons", "polymesh", "geom", "shape"],
-        &["mesh", "entities", "sphere"],
+        &["mesh", "entities", "sphere", "file"],
         "",
     ),
     meaning(&["tri", "polygon", "face"], &["triangle"], ""),
@@ -80,14 +79,14 @@ const MEANINGS: &[Synonym] = &[
     meaning(&["centre", "middle", "midpoint", "c"], &["center"], ""),
     meaning(&["bottom", "foot"], &["base", "min"], ""),
     meaning(&["top", "tip", "cap"], &["apex", "max", "capped"], ""),
-    meaning(&["corner1", "lower", "lowercorner", "p0", "minimum", "low"], &["min"], ""),
-    meaning(&["corner2", "upper", "uppercorner", "p1", "maximum", "high"], &["max"], ""),
+    meaning(&["corner1", "lower", "lowercorner", "p0", "minimum", "low"], &["min", "base"], ""),
+    meaning(&["corner2", "upper", "uppercorner", "p1", "maximum", "high"], &["max", "apex"], ""),
     meaning(&["closed", "open", "caps"], &["capped"], "true or false"),
     meaning(&["path", "filename", "source", "url", "uri", "filepath"], &["file", "image", "scene"], ""),
     meaning(&["points", "positions", "verts", "vertexes", "coord"], &["vertices"], ""),
     meaning(&["faces", "indices", "polys", "elements"], &["triangles"], ""),
     meaning(&["texcoords", "uv", "texturecoordinates", "st", "uvcoords"], &["uvs"], ""),
-    meaning(&["smoothing", "smoothshading", "shadesmooth"], &["smooth"], ""),
+    meaning(&["smoothing", "smoothshading", "shadesmooth", "flatshading", "shadeflat"], &["smooth"], ""),
     // Entities.
     meaning(&["id", "label", "title", "ident", "key"], &["name"], ""),
     meaning(
@@ -97,6 +96,14 @@ const MEANINGS: &[Synonym] = &[
     ),
     meaning(&["mat", "shader", "surface", "skin", "appearance", "finish"], &["material"], "the name of a material"),
     meaning(&["objects", "children", "nodes", "bodies", "shapes", "primitives"], &["entities"], ""),
+    meaning(
+        &[
+            "torus", "disk", "disc", "circle", "capsule", "tube", "lathe", "sor", "prism", "teapot", "text", "ring",
+            "curve",
+        ],
+        &["mesh"],
+        "functions of scripts make such: torus, disk, tube, lathe, extrude, text",
+    ),
     meaning(&["materiallibrary", "mats", "shaders"], &["materials"], ""),
     meaning(&["settings", "options", "output", "film", "globalsettings", "renderer"], &["render", "integrator"], ""),
     meaning(&["cam", "view", "viewer"], &["camera"], ""),
@@ -109,11 +116,27 @@ const MEANINGS: &[Synonym] = &[
     meaning(&["exclude", "except", "without", "ignore"], &["excludes"], "a list of tags"),
     // Light.
     meaning(
-        &["lightsource", "pointlamp", "bulb", "omni", "omnilight", "pointlightsource", "light", "lamp", "lights"],
+        &[
+            "lightsource",
+            "pointlamp",
+            "bulb",
+            "omni",
+            "omnilight",
+            "pointlightsource",
+            "light",
+            "lamp",
+            "lights",
+            "emitter",
+            "emitters",
+        ],
         &["point_light", "entities"],
         "a flat one is an `area_light`",
     ),
-    meaning(&["rectlight", "quadlight", "softbox", "panel", "arealamp", "rectangularlight"], &["area_light"], ""),
+    meaning(
+        &["rectlight", "quadlight", "softbox", "panel", "arealamp", "rectangularlight", "area"],
+        &["area_light"],
+        "",
+    ),
     meaning(
         &["sun", "sunlight", "distantlight", "dirlight", "directional", "parallellight"],
         &["directional_light"],
@@ -122,12 +145,21 @@ const MEANINGS: &[Synonym] = &[
     meaning(&["spot", "spotlamp", "conelight"], &["spot_light"], ""),
     meaning(
         &["power", "energy", "brightness", "strength", "lumens", "watts", "luminosity", "wattage", "lightintensity"],
-        &["intensity", "environment_intensity", "color"],
+        &["intensity", "environment_intensity", "emission", "color"],
         "how bright it is",
     ),
     meaning(
-        &["intensity", "radiance", "spectrum", "lightcolor"],
-        &["intensity", "color", "emission"],
+        &[
+            "intensity",
+            "radiance",
+            "spectrum",
+            "lightcolor",
+            "irradiance",
+            "illuminance",
+            "ambientlight",
+            "ambientcolor",
+        ],
+        &["intensity", "emission", "color", "background"],
         "how bright it is",
     ),
     meaning(&["kelvin", "colortemperature", "cct", "blackbody"], &["temperature"], "kelvin"),
@@ -239,12 +271,12 @@ const MEANINGS: &[Synonym] = &[
     ),
     meaning(
         &["brdf", "bsdf", "bxdf", "type", "kind", "shading", "illum", "shadingmodel", "lighting"],
-        &["model", "pattern", "mode", "kind"],
+        &["model", "pattern", "mode", "kind", "projection", "integrator", "material"],
         "",
     ),
     meaning(&["extinction", "absorb", "sigmaa", "fadecolor", "beer", "density"], &["absorption"], "per world unit"),
     meaning(
-        &["doublesided", "backface", "onesided", "culling", "backfaceculling", "doubleside"],
+        &["doublesided", "backface", "onesided", "culling", "backfaceculling", "doubleside", "side", "twosided"],
         &["two_sided"],
         "true or false",
     ),
@@ -279,116 +311,8 @@ const MEANINGS: &[Synonym] = &[
     meaning(&["shift", "uvoffset", "phase"], &["offset"], ""),
     meaning(&["procedural", "generator", "checkerboard", "checks"], &["pattern"], ""),
     meaning(&["colours", "palette", "gradient", "ramp", "colorramp"], &["colors"], ""),
-    meaning(&["height", "amount", "bumpscale", "relieftexture"], &["depth", "size"], ""),
+    meaning(&["height", "amount", "bumpscale", "relieftexture"], &["depth", "size", "apex"], ""),
     meaning(&["interpolation", "filtering", "mipmap"], &["filter"], ""),
-    // Camera.
-    meaning(
-        &["fieldofview", "angle", "fovy", "fovdegrees", "viewangle", "yfov", "verticalfov", "vfov"],
-        &["fov"],
-        "degrees, vertical",
-    ),
-    meaning(
-        &["focaldistance", "focusdist", "focaldist", "focusplane", "objectdistance", "focaldepth", "dofdistance"],
-        &["focus_distance"],
-        "",
-    ),
-    meaning(
-        &["lensradius", "aperturesize", "apertureradius", "dof", "depthoffield", "blur", "bokehsize"],
-        &["aperture"],
-        "the radius of the lens, world units",
-    ),
-    meaning(&["fnumber", "fstop", "apertureblades", "stop"], &["f_stop"], ""),
-    meaning(&["focal", "lensmm", "focallength"], &["focal_length", "focus"], "millimetres"),
-    meaning(&["bokeh", "bokehshape", "lensshape", "blades"], &["lens"], "Disk or Square"),
-    meaning(&["sensor", "filmwidth", "sensorsize", "filmback", "horizontalaperture"], &["sensor_width"], "millimetres"),
-    meaning(
-        &["motionblur", "shutterspeed", "exposuretime", "shutterangle", "shuttertime"],
-        &["shutter"],
-        "when it opens and closes, in frames: (0, 0.5)",
-    ),
-    // Settings.
-    meaning(
-        &["resolution", "res", "width", "height", "imagesize", "dimension", "pixels", "framesize", "imageresolution"],
-        &["size", "y"],
-        "(width, height)",
-    ),
-    meaning(
-        &[
-            "spp",
-            "samplecount",
-            "samplesperpixel",
-            "aa",
-            "antialiasing",
-            "antialias",
-            "rays",
-            "quality",
-            "passes",
-            "aasamples",
-            "numsamples",
-            "raysperpixel",
-        ],
-        &["samples"],
-        "",
-    ),
-    meaning(&["engine", "method", "algorithm", "tracer", "technique"], &["integrator"], ""),
-    meaning(
-        &["bg", "backgroundcolor", "skycolor", "bclr", "clearcolor", "backgroundcolour", "backdrop", "worldcolor"],
-        &["background"],
-        "",
-    ),
-    meaning(
-        &[
-            "hdri",
-            "hdr",
-            "envmap",
-            "environmentmap",
-            "env",
-            "skybox",
-            "skysphere",
-            "ibl",
-            "world",
-            "dome",
-            "skydome",
-            "domelight",
-            "cubemap",
-        ],
-        &["environment"],
-        "a picture of the sky around the scene",
-    ),
-    meaning(
-        &[
-            "bounces",
-            "maxbounces",
-            "recursion",
-            "maxtracelevel",
-            "raydepth",
-            "tracedepth",
-            "maxraydepth",
-            "recursiondepth",
-            "maxrecursion",
-            "depth",
-        ],
-        &["max_depth", "bit_depth"],
-        "",
-    ),
-    meaning(&["adcbailout", "minimportance", "raythreshold", "cutoff", "minthroughput"], &["min_weight"], ""),
-    meaning(&["ev", "gain", "exposurevalue", "stops"], &["exposure"], "stops"),
-    meaning(&["tonemap", "tonemapping", "tonemapper", "viewtransform", "look"], &["tone_map"], ""),
-    meaning(&["reconstruction", "pixelfilter", "reconstructionfilter"], &["filter"], ""),
-    meaning(&["firefly", "clampindirect", "fireflyclamp", "maxradiance"], &["clamp"], ""),
-    meaning(&["denoiser", "denoising", "oidn", "noisereduction"], &["denoise"], "true or false"),
-    meaning(
-        &["adaptive", "adaptivethreshold", "noiselevel", "errorthreshold", "adaptivesampling"],
-        &["noise_threshold"],
-        "",
-    ),
-    meaning(&["bits", "bpp", "colordepth", "bitsperchannel"], &["bit_depth"], "8, 16 or 32"),
-    meaning(&["gamma", "colorspace", "srgb"], &["transfer"], "Srgb or Linear"),
-    meaning(&["photoncount", "numphotons", "causticphotons"], &["photons"], ""),
-    meaning(&["softshadows", "shadow", "shadowtype", "shadowmode"], &["shadows"], ""),
-    meaning(&["accelerator", "acceleration", "bvh", "grid", "spatialstructure"], &["accel"], ""),
-    meaning(&["layer", "aov", "buffers", "channels", "renderpasses"], &["aovs"], ""),
-    meaning(&["randomseed", "rngseed"], &["seed"], ""),
     // The sequence.
     meaning(
         &["length", "duration", "framecount", "count", "numframes", "end", "total", "nframes"],
@@ -402,75 +326,40 @@ const MEANINGS: &[Synonym] = &[
     meaning(&["progress", "percent", "normalizedtime", "u"], &["t"], "0 to 1"),
     meaning(&["i", "idx", "frameindex"], &["index"], ""),
     meaning(&["default", "value", "range", "values"], &["choices", "min", "value"], ""),
-    // Functions.
-    meaning(
-        &["add", "addentity", "create", "instantiate", "new", "addobject", "makeentity", "spawnentity"],
-        &["spawn", "push"],
-        "",
-    ),
-    meaning(
-        &["find", "entity", "lookup", "getobject", "getentity", "object", "getbyname", "findobject", "node"],
-        &["get"],
-        "",
-    ),
-    meaning(&["remove", "delete", "destroy", "kill", "erase", "unspawn"], &["despawn", "remove"], ""),
-    meaning(&["findall", "withtag", "bytag", "getbytag"], &["tagged"], ""),
-    meaning(&["getmaterial", "mtl"], &["material"], ""),
-    meaning(&["creatematerial", "newmaterial", "makematerial"], &["add_material"], ""),
-    meaning(&["mix", "interpolate", "blend", "linear", "interp"], &["lerp"], ""),
-    meaning(&["easing", "tween", "easeinout", "easein", "easeout", "easeinoutcubic", "curve"], &["ease", "path"], ""),
-    meaning(&["keyframes", "keyframe", "animate", "fcurve", "track"], &["keys"], ""),
-    meaning(&["saturate", "clip", "limit", "constrain"], &["clamp"], ""),
-    meaning(
-        &["random", "rand", "randint", "randfloat", "uniform", "seedrandom"],
-        &["rng"],
-        "`f.rng.range(a, b)`, `rng.int(a, b)`",
-    ),
-    meaning(&["choice", "choose", "sample"], &["pick", "along"], ""),
-    meaning(&["perlin", "simplex", "snoise", "simplexnoise", "perlinnoise", "noise3"], &["noise"], ""),
-    meaning(&["fbm", "turbulence", "octavenoise"], &["fractal_noise", "turbulence"], ""),
-    meaning(&["wiggle", "jitter", "camerashake", "handheld"], &["shake"], ""),
-    meaning(&["revolve", "circular", "circlearound"], &["orbit"], ""),
-    meaning(&["frompolar", "cylindrical", "oncircle"], &["polar"], ""),
-    meaning(&["pointtowards", "face", "facing", "trackto"], &["look_at", "aim"], ""),
-    meaning(&["spline", "bezierpath", "catmullrom", "polyline", "bspline"], &["path"], ""),
-    meaning(&["pointalong", "getpoint", "evaluate", "positionat", "atlength"], &["along"], ""),
-    meaning(&["quatslerp", "lerpangle", "anglelerp", "nlerp", "slerpquat"], &["slerp"], ""),
-    meaning(&["pingpong", "trianglewave", "yoyo", "bounce"], &["ping_pong"], ""),
-    meaning(&["unit", "normalized", "normalise"], &["normalize"], ""),
-    meaning(&["magnitude", "mag", "abslength"], &["length"], ""),
-    meaning(&["dist", "distanceto"], &["distance"], ""),
-    meaning(&["vector", "vec", "vector3", "v3", "float3", "vec3f", "point3", "color3"], &["vec3"], ""),
-    meaning(&["println", "console", "consolelog", "echo", "printf", "puts", "trace", "say"], &["print"], ""),
-    meaning(&["fabs", "absolute"], &["abs"], ""),
-    meaning(&["ceil", "roundup"], &["ceiling"], ""),
-    meaning(&["rounddown", "trunc", "truncate"], &["floor"], ""),
-    meaning(&["idiv", "floordiv", "intdiv", "quotient"], &["div"], ""),
-    meaning(&["size", "length", "count", "howmany"], &["len", "size", "count"], ""),
-    meaning(&["append", "pushback"], &["push"], ""),
-    meaning(&["maprange", "map", "fit", "rescale", "linstep", "scalerange"], &["remap", "map"], ""),
-    meaning(&["focuspull", "rackfocus", "pullfocus"], &["rack"], ""),
-    meaning(&["parameter", "arg", "argument", "option", "define", "getparam", "setting"], &["param"], ""),
-    meaning(&["readcsv", "csv", "loadtable", "opencsv"], &["load_csv"], ""),
-    meaning(&["readjson", "json", "parsejson", "openjson"], &["load_json", "parse_json"], ""),
-    meaning(&["readfile", "open", "readtext", "loadfile", "read"], &["load_text"], ""),
-    meaning(&["power", "raise"], &["pow"], ""),
-    meaning(&["squareroot", "root"], &["sqrt"], ""),
-    meaning(&["sindeg", "sindegrees"], &["sind"], "degrees"),
-    meaning(&["cosdeg", "cosdegrees"], &["cosd"], "degrees"),
-    meaning(&["str", "tostr", "string"], &["to_string"], ""),
-    meaning(&["int", "parseint"], &["to_int", "parse_int"], ""),
-    meaning(&["float", "tofloating"], &["to_float", "parse_float"], ""),
-    meaning(&["delay", "cascade", "sequence"], &["stagger"], ""),
-    meaning(&["damp", "smoothdamping", "follow", "smooth"], &["smooth_damp", "smoothstep"], ""),
-    meaning(&["step", "smootherstep"], &["smoothstep"], ""),
 ];
+
+/// As [`by_meaning`], for a compound of which a part is such a word, or one of ours: `use_denoising`, `PathTracer`.
+pub fn by_parts<'a>(found: &str, known: &[&'a str]) -> Option<(&'a str, &'static str)> {
+    let mut words: Vec<String> = Vec::new();
+    let mut before = '_';
+    for c in found.chars() {
+        if c == '_' || c == '-' || c == ' ' || (c.is_uppercase() && before.is_lowercase()) {
+            words.push(String::new());
+        }
+        if c.is_alphanumeric() {
+            words.last_mut().map(|word| word.extend(c.to_lowercase())).or_else(|| {
+                words.push(c.to_lowercase().collect());
+                None
+            });
+        }
+        before = c;
+    }
+    words.retain(|word| !word.is_empty());
+    let count = words.len();
+    // What stands last is the thing, and what stands before it says which; the most words come first.
+    let spans = (1..count).flat_map(|left_out| [(left_out, count), (0, count - left_out)]);
+    let mut parts = spans.map(|(from, to)| words[from..to].join("_")).filter(|part| part.len() > 2);
+    parts.find_map(|part| {
+        let own = known.iter().find(|known| known.eq_ignore_ascii_case(&part)).map(|known| (*known, ""));
+        own.or_else(|| by_meaning(&part, known))
+    })
+}
 
 /// A word of ours among those that are `known`, for one that means the same elsewhere; with a note, which may be empty.
 pub fn by_meaning<'a>(found: &str, known: &[&'a str]) -> Option<(&'a str, &'static str)> {
     let plain: String = found.chars().filter(|c| !['_', '-', ' '].contains(c)).flat_map(char::to_lowercase).collect();
     let fits = |meaning: &&Synonym| meaning.foreign.contains(&plain.as_str());
-    let all = MEANINGS.iter().chain(ELSEWHERE);
+    let all = MEANINGS.iter().chain(PICTURE).chain(FUNCTIONS).chain(ELSEWHERE);
     let pairs = all.filter(fits).flat_map(|meaning| meaning.ours.iter().map(|ours| (*ours, meaning.note)));
     // The first of ours of all that fit comes first, so that a vaguer meaning does not win.
     let mut hits = pairs.filter_map(|(ours, note)| {
@@ -486,7 +375,7 @@ pub fn pairs() -> impl Iterator<Item = (&'static str, &'static str)> {
     let of = move |meaning: &'static Synonym| {
         meaning.foreign.iter().filter_map(move |foreign| Some((*foreign, first(meaning)?)))
     };
-    MEANINGS.iter().flat_map(of)
+    MEANINGS.iter().chain(PICTURE).chain(FUNCTIONS).flat_map(of)
 }
 
 #[cfg(test)]

@@ -16,8 +16,18 @@ fn only_what_is_known_is_offered() {
 }
 
 #[test]
+fn parts_of_compounds_are_known() {
+    assert_eq!(by_parts("use_denoising", &["size", "denoise"]).map(|hit| hit.0), Some("denoise"));
+    assert_eq!(by_parts("PathTracer", &["Whitted", "Path"]).map(|hit| hit.0), Some("Path"));
+    assert_eq!(by_parts("resolution_x", &["size", "samples"]).map(|hit| hit.0), Some("size"));
+    assert_eq!(by_parts("diffuse_reflectance", &["color", "diffuse"]).map(|hit| hit.0), Some("color"));
+    assert_eq!(by_parts("wombat_farm", &["color"]), None);
+    assert_eq!(by_parts("color", &["color"]), None);
+}
+
+#[test]
 fn foreign_words_are_written_plainly() {
-    for word in MEANINGS.iter().flat_map(|meaning| meaning.foreign) {
+    for word in MEANINGS.iter().chain(PICTURE).chain(FUNCTIONS).flat_map(|meaning| meaning.foreign) {
         assert!(word.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit()), "{word}");
     }
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use super::super::progress::Progress;
 use super::super::{Exit, exit_code, say, usage};
-use super::{RenderArguments, refuse_foreign, show};
+use super::{RenderArguments, refuse_foreign, show, warn};
 use crate::base::diagnostics::{Diagnostic, Diagnostics};
 use crate::farm::share::SharedWork;
 use crate::output::FileState;
@@ -28,6 +28,7 @@ pub fn render(
         refuse_foreign(&plan)?;
     }
     say(&plan.summary());
+    warn(arguments, shot, &plan)?;
     let policy = ReusePolicy { reuse: !arguments.no_reuse, memory: arguments.reuse_memory };
     let left = plan.frames.iter().filter(|planned| planned.state != FileState::Done).count();
     let kept = plan.frames.len() - left;

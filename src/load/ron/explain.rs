@@ -21,7 +21,8 @@ pub fn explain(text: &str, file: &str, first: &SpannedError) -> (Diagnostics, Op
         Ok(tree) => tree,
         Err(broken) => {
             let place = Place::of_span(file, text, broken.at, broken.at + 1);
-            return (Diagnostic::error(broken.message).at(place).into(), None);
+            let diagnostic = Diagnostic { help: broken.help, ..Diagnostic::error(broken.message) };
+            return (diagnostic.at(place).into(), None);
         }
     };
     let mut explainer = Explainer { text, file, found: Diagnostics::default(), scene: Scene::default() };
@@ -58,6 +59,19 @@ impl Explainer<'_> {
     }
 
     fn scene(&mut self, tree: &SyntaxNode) {
+        let opening = &self.text[tree.start..];
+        if opening.starts_with('{') || tree.children.iter().any(|child| self.text[child.key_start..].starts_with('"')) {
+            let message = "this is JSON, and a scene is written in RON".to_string();
+            let help = "round brackets, and names without quotes: (camera: (fov: 40.0), entities: [(sphere: ())])";
+            self.report((tree.start, tree.start + 1), message, Some(help.into()));
+            return;
+        }
+        if tree.children.is_empty() && !opening.starts_with('(') {
+            let message = "this is no scene in RON".to_string();
+            let help = "it begins with `(`, as in (camera: (fov: 40.0), entities: [(sphere: ())])";
+            self.report((tree.start, tree.end), message, Some(help.into()));
+            return;
+        }
         for child in self.fields(tree, "the scene", &SECTIONS) {
             let node = &child.value;
             match child.key.as_deref() {
@@ -171,7 +185,11 @@ impl Explainer<'_> {
         let read = options().from_str::<T>(&self.text[start..end]);
         if read.is_err() {
             let name = child.key.as_deref().unwrap_or("");
-            self.report((start, end), format!("`{name}` of {owner}: expected {expected}"), None);
+            let source = self.text[start..end].trim_matches(['\'', '"']);
+            let is_word = !source.is_empty() && source.chars().all(|c| c.is_alphanumeric() || "_- ".contains(c));
+            let help = is_word
+                .then(|| if name == "tags" { format!("write [\"{source}\"]") } else { format!("write \"{source}\"") });
+            self.report((start, end), format!("`{name}` of {owner}: expected {expected}"), help);
         }
         read.ok()
     }
@@ -183,7 +201,13 @@ impl Explainer<'_> {
             let component = read(&self.text[node.start..node.end]);
             if component.is_err() {
                 let message = format!("{owner}: expected the name of a material in quotes");
-                self.report((node.start, node.end), message, None);
+                let source = &self.text[node.start..node.end];
+                let help = if source.starts_with(['(', '{']) {
+                    "put it into `materials: { \"name\": (...) }` and write material: \"name\"".to_string()
+                } else {
+                    format!("write \"{}\"", source.trim_matches('\''))
+                };
+                self.report((node.start, node.end), message, Some(help));
             }
             return component.ok();
         }
@@ -236,13 +260,21 @@ impl Explainer<'_> {
             let (message, mut help) = wrong_value(name, owner, source, default.get(name), &error.code);
             let parts = &child.value.children;
             let pairs = parts.len() == 6 && parts.chunks(2).all(|pair| self.is_decimal_comma(&pair[0], &pair[1]));
+            if help.is_none() {
+                help = notation(name, source, default.get(name));
+            }
             if pairs && matches!(default.get(name), Some(Value::Vec3(_))) {
                 help = Some("decimals begin with a point: write 0.5, not 0,5".into());
             }
             self.report((child.value.start, child.value.end), message, help);
         }
         if self.found.0.len() == before {
-            let help = Some(format!("write it as ({}: ...)", default.fields().first().unwrap_or(&"")));
+            let quoted = node.children.iter().any(|child| self.text[child.key_start..].starts_with('"'));
+            let help = Some(match (quoted, self.text[node.start..].starts_with('{')) {
+                (_, true) => "brackets are round here, and names have no quotes: (name: value)".to_string(),
+                (true, false) => "names of fields have no quotes: write name: value".to_string(),
+                (false, false) => format!("write it as ({}: ...)", default.fields().first().unwrap_or(&"")),
+            });
             self.report((node.start, node.end), format!("{owner}: expected fields in round brackets"), help);
         }
         read(&format!("({})", good.join(", "))).ok()
@@ -276,6 +308,14 @@ pub(super) fn wrong_value(
     if matches!(error, Error::FloatUnderscore | Error::InvalidEscape(_)) {
         return (format!("`{name}` of {owner}: {}", plain(error)), None);
     }
+    if name == "focus" {
+        let message = format!("`focus` of {owner}: expected an entity or a point, found `{found}`");
+        return (message, None);
+    }
+    if let ("size" | "region", Some(Value::List(_))) = (name, &like) {
+        let what = if name == "size" { "two whole numbers, as in (640, 360)" } else { "four whole numbers" };
+        return (format!("`{name}` of {owner}: expected {what}, found `{found}`"), None);
+    }
     let expected = match like {
         Some(Value::Number(_)) => "a number",
         Some(Value::Int(_)) => "a whole number from 0",
@@ -285,6 +325,57 @@ pub(super) fn wrong_value(
         _ => return (format!("`{name}` of {owner}: {}, found `{found}`", plain(error)), None),
     };
     (format!("`{name}` of {owner}: expected {expected}, found `{found}`"), None)
+}
+
+/// How a value in the notation of another program is written here.
+fn notation(name: &str, source: &str, like: Option<Value>) -> Option<String> {
+    let inner = source.trim_matches(['"', '\'']);
+    let is_quoted = source.starts_with(['"', '\'']);
+    let capital = || {
+        let mut letters = inner.chars();
+        letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+    };
+    let numbers = || {
+        let all = source.split(|c: char| !(c.is_ascii_digit() || ".-+e".contains(c)));
+        all.filter(|part| part.parse::<f64>().is_ok()).map(str::to_string).collect::<Vec<_>>()
+    };
+    Some(match like {
+        _ if name == "focus" && source.starts_with(['(', '[']) => format!("write Point({})", numbers().join(", ")),
+        _ if name == "focus" => {
+            let inner = inner.trim_start_matches("Entity(").trim_end_matches(')');
+            format!("write Entity(\"{inner}\"), or Point(0.0, 1.0, 0.0)")
+        }
+        _ if name == "lens" && source.parse::<f64>().is_ok() => {
+            format!("`lens` is the outline of the opening; millimetres are focal_length: {source}")
+        }
+        _ if name == "aovs" => "write a list of words without quotes: [Depth, Normal]".into(),
+        _ if Material::MAPS.contains(&name) && is_quoted => format!("write (image: \"{inner}\")"),
+        _ if ["size", "region"].contains(&name) => "write whole numbers in round brackets: (640, 360)".into(),
+        Some(Value::Text(_)) if is_quoted => format!("choices stand without quotes: {}", capital()),
+        Some(Value::Bool(_)) if ["yes", "on", "True", "1", "TRUE"].contains(&inner) => "write true".into(),
+        Some(Value::Bool(_)) if ["no", "off", "False", "0", "FALSE"].contains(&inner) => "write false".into(),
+        Some(Value::Int(_)) if source.parse::<f64>().is_ok_and(|x| x >= 0.0) => {
+            format!("write it without a point: {}", source.parse::<f64>().unwrap_or_default().round())
+        }
+        Some(Value::Vec3(_)) if inner.starts_with('#') || (is_quoted && name.contains("color")) => {
+            "colours are three linear numbers from 0 to 1: (1.0, 0.5, 0.0)".into()
+        }
+        Some(Value::Vec3(_)) if source.starts_with("rgb") => {
+            "colours are three linear numbers from 0 to 1: (1.0, 0.5, 0.0)".into()
+        }
+        Some(Value::Vec3(_)) => match &numbers()[..] {
+            [x, y, z] => format!("write ({x}, {y}, {z})"),
+            [x] => format!("write ({x}, {x}, {x}), a number for each"),
+            _ => return None,
+        },
+        Some(Value::Number(_)) if source.chars().next().is_some_and(|c| c.is_ascii_digit()) => {
+            let digits = numbers();
+            let first = digits.first().filter(|_| source.ends_with(|c: char| c.is_alphabetic()))?;
+            format!("numbers have no unit behind them: write {first}")
+        }
+        _ if source == "null" || source == "nil" => "leave the field out, or write None".into(),
+        _ => return None,
+    })
 }
 
 fn list(words: &[&str]) -> String {

@@ -103,6 +103,43 @@ fn what_keyboards_and_word_processors_do_is_named() {
 }
 
 #[test]
+fn notations_of_other_programs_are_answered_with_ours() {
+    said("(camera: (focus: \"ball\"))", &["a.ron:1:18", "write Entity(\"ball\")"]);
+    said("(camera: (focus: (0, 1, 2)))", &["a.ron:1:18", "write Point(0, 1, 2)"]);
+    said("(camera: (at = (0, 0, 0)))", &["a.ron:1:14", "between a field and its value"]);
+    said("(camera: (from: [0, 1, 2]))", &["a.ron:1:17", "write (0, 1, 2)"]);
+    said("(camera: (from: (x: 0, y: 1, z: 2)))", &["a.ron:1:17", "write (0, 1, 2)"]);
+    said("(camera: (from: <0, 1, 2>))", &["a.ron:1:17", "round brackets"]);
+    said("(camera: (fov: 40deg))", &["a.ron:1:16", "write 40"]);
+    said("(render: (aovs: [\"depth\"]))", &["a.ron:1:17", "[Depth, Normal]"]);
+    said("(render: (size: (64.0, 36.0)))", &["a.ron:1:17", "two whole numbers", "(640, 360)"]);
+    said("(render: (size: [64, 36]))", &["a.ron:1:17", "(640, 360)"]);
+    said("(render: (samples: 4.0))", &["a.ron:1:20", "write it without a point: 4"]);
+    said("(render: (denoise: yes))", &["a.ron:1:20", "write true"]);
+    said("(render: (integrator: \"path\"))", &["a.ron:1:23", "without quotes: Path"]);
+    said("(render: (seed: null))", &["a.ron:1:17", "None"]);
+    said("(render: (fov: 40))", &["a.ron:1:11", "`camera: (fov: ...)`"]);
+    said("(background: (0, 0, 0))", &["a.ron:1:2", "`render: (background: ...)`"]);
+    said("(\n# a comment\ncamera: ())", &["a.ron:2:1", "a comment begins with //"]);
+    said("(camera: (fov: 40); render: ())", &["a.ron:1:19", "where a comma belongs"]);
+    said("(camera: (fov: 40),, render: ())", &["a.ron:1:20", "one comma too many"]);
+    said("(camera: (fov: 1/2))", &["a.ron:1:17", "plain numbers"]);
+    said("{\"camera\": {\"fov\": 40}}", &["a.ron:1:1", "this is JSON"]);
+    said("(entities: [{\"name\": \"a\"}])", &["a.ron:1:13"]);
+    said("hello", &["a.ron:1:1", "no scene in RON"]);
+    said("<scene></scene>", &["a.ron:1:1", "no scene in RON"]);
+    said("camera:\n  fov: 40\n", &["a.ron:1:7", "no scene in RON"]);
+    said("(materials: {\"m\": (color: \"#ff8800\")})", &["a.ron:1:27", "(1.0, 0.5, 0.0)"]);
+    said("(materials: {\"m\": (color: 0.8)})", &["a.ron:1:27", "write (0.8, 0.8, 0.8)"]);
+    said("(materials: {\"m\": (color_map: \"wood.png\")})", &["a.ron:1:31", "(image: \"wood.png\")"]);
+    said("(entities: [(name: ball)])", &["a.ron:1:20", "write \"ball\""]);
+    said("(entities: [(tags: \"a\")])", &["a.ron:1:20", "write [\"a\"]"]);
+    said("(entities: [(name: \"a, sphere: ())])", &["a.ron:1:"]);
+    said("(entities: [(material: m\")])", &["a.ron:1:25", "quote"]);
+    said("(entities: [(material: (color: (1, 0, 0)))])", &["a.ron:1:24", "`materials: "]);
+}
+
+#[test]
 fn several_mistakes_are_reported_at_once() {
     let text = "(\n camera: (fovv: 1),\n entities: [\n (sphere: (radius: x)),\n (cone: (apex: 1)),\n ])";
     said(text, &["a.ron:2:11", "a.ron:4:20", "a.ron:5:16"]);
