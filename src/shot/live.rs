@@ -3,7 +3,7 @@
 //! An edit is a frame that differs: what is reused from frame to frame is reused from edit to edit, though the edits to come
 //! are not known. [`LiveCache`] keeps the samples of a still camera in a window that goes on
 //! ([`systems::ObjectStates::open`]), the photon maps of the last picture, the films of light groups, the picture as it came
-//! before noise was filtered out of it, and what each emitter gives ([`relight`](super::relight)); and all of that twice:
+//! before noise was filtered out of it, and what each emitter gives (`relight`); and all of that twice:
 //! of the frame that is looked at, and of those that are rendered ahead, which would drive it out else.
 
 use std::path::Path;
