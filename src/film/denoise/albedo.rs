@@ -4,9 +4,9 @@
 //! more than a handful of samples tell of what covers the pixel: multiplied by that, filtered light would be as grainy as
 //! the albedo. So where the halves disagree about it, the albedo is filtered first, each half by weights of the other.
 
-use super::pass::{FeaturePlanes, HalfLight, PassShape, filter};
+use super::halves::DenoisePixel;
+use super::pass::{FeaturePlanes, HalfLight, PassShape, filter, with_unseen};
 use super::plane::{PaddedPlane, box_weights};
-use super::{DenoisePixel, with_unseen};
 
 /// Albedo of each half, in three channels.
 pub type AlbedoPlanes = [[PaddedPlane; 3]; 2];
