@@ -23,7 +23,7 @@ use crate::systems::EmitterId;
 
 /// The number of the pictures themselves: raise it with every change to the program that changes a pixel or a byte of
 /// a file, so that frames of an older program count as stale.
-pub const PICTURES: u32 = 6;
+pub const PICTURES: u32 = 7;
 
 /// An emitter that has another colour in a frame than in the scene that frames start from.
 #[derive(Clone, Copy, Debug, PartialEq)]

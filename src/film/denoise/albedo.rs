@@ -6,9 +6,9 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::pass::{FeaturePlanes, HalfLight, PassShape, filter};
+use super::halves::DenoisePixel;
+use super::pass::{FeaturePlanes, HalfLight, PassShape, filter, with_unseen};
 use super::plane::{PaddedPlane, box_weights};
-use super::{DenoisePixel, with_unseen};
 
 /// Albedo of each half, in three channels.
 pub type AlbedoPlanes = [[PaddedPlane; 3]; 2];

@@ -39,7 +39,7 @@ use albedo::{AlbedoPlanes, steady_albedo};
 #[cfg(test)]
 pub use halves::HalfPixel;
 pub use halves::{DenoisePixel, DenoiseSum, SeenFeature};
-use pass::{FeaturePlanes, HalfLight, PassShape, filter};
+use pass::{FeaturePlanes, HalfLight, PassShape, filter, with_unseen};
 use plane::{PaddedPlane, box_weights};
 use select::{Candidate, choose};
 
@@ -54,8 +54,6 @@ const PASSES: [PassShape; 3] = [
 ];
 /// Samples of a pixel from which on a level is chosen.
 const FEWEST_TO_CHOOSE: f32 = 8.0;
-/// Share of light by which pixels may differ though they have no noise: it does not show.
-const UNSEEN: f32 = 1e-3;
 /// Largest light and variance: what is computed with them stays inside `f32`.
 const MOST_LIGHT: f32 = 1e9;
 /// Variance after a pass, as a share of that before the first, at the least.
@@ -186,14 +184,6 @@ fn in_light(variance: &PaddedPlane, albedo: &[PaddedPlane; 3]) -> PaddedPlane {
     PaddedPlane::from_fn(variance.size(), |i| {
         let whole = luminance([albedo[0].at(i), albedo[1].at(i), albedo[2].at(i)]);
         variance.at(i) / (whole * whole)
-    })
-}
-
-/// A variance, at least what does not show.
-fn with_unseen(variance: &PaddedPlane, light: &[PaddedPlane; 3]) -> PaddedPlane {
-    PaddedPlane::from_fn(variance.size(), |i| {
-        let square: f32 = light.iter().map(|plane| plane.at(i) * plane.at(i)).sum();
-        variance.at(i) + UNSEEN * UNSEEN * square
     })
 }
 

@@ -17,6 +17,9 @@ const ALBEDO: f32 = 0.01;
 /// Weights fall as (1 - d / 8)^8, which is near to e^-d, and is 0 beyond 8.
 const REACH: f32 = 8.0;
 
+/// Share of light by which pixels may differ though they have no noise: it does not show.
+const UNSEEN: f32 = 1e-3;
+
 /// A half buffer on its way through the passes.
 #[derive(Clone)]
 pub struct HalfLight {
@@ -50,6 +53,14 @@ pub struct PassShape {
     pub step: isize,
     /// Difference in standard deviations that a factor of 1/e stands for.
     pub bandwidth: f32,
+}
+
+/// A variance, at least what does not show.
+pub fn with_unseen(variance: &PaddedPlane, light: &[PaddedPlane; 3]) -> PaddedPlane {
+    PaddedPlane::from_fn(variance.size(), |i| {
+        let square: f32 = light.iter().map(|plane| plane.at(i) * plane.at(i)).sum();
+        variance.at(i) + UNSEEN * UNSEEN * square
+    })
 }
 
 /// Sums of a band of rows, for one half: three channels of light, three of the guide, and the weights.
