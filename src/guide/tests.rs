@@ -173,16 +173,21 @@ fn every_argument_is_told_in_full() {
             if !units.iter().any(|unit| text.contains(unit)) {
                 missing.push(format!("{}({name}): no unit in `{text}`", function.name));
             }
-            let taken = |form: &str| -> Vec<String> {
+            // What stands before the bracket, and what stands in it.
+            let taken = |form: &str| -> (String, Vec<String>) {
                 let call = form.split(" ->").next().unwrap_or("");
-                let inner = call.split_once('(').map_or("", |(_, tail)| tail.trim_end_matches(')'));
-                inner.split(", ").filter(|name| !name.is_empty()).map(str::to_string).collect()
+                let (head, tail) = call.split_once('(').unwrap_or((call, ""));
+                let inner = tail.trim_end_matches(')').split(", ").filter(|name| !name.is_empty());
+                (head.to_string(), inner.map(str::to_string).collect())
             };
-            let all: Vec<Vec<String>> = function.forms.iter().map(|form| taken(form)).collect();
+            let all: Vec<(String, Vec<String>)> = function.forms.iter().map(|form| taken(form)).collect();
             // One form is another with more behind it.
-            let is_optional = all.iter().any(|long| {
-                let at = long.iter().position(|taken| taken == name);
-                at.is_some_and(|at| all.iter().any(|short| short.len() <= at && long.starts_with(short)))
+            let is_optional = all.iter().any(|(head, long)| {
+                let shorter = |at: usize| {
+                    let is_short = |(other, short): &(String, Vec<String>)| other == head && short.len() <= at;
+                    all.iter().any(|form| is_short(form) && long.starts_with(&form.1))
+                };
+                long.iter().position(|taken| taken == name).is_some_and(shorter)
             });
             let says_so = ["left out", "without", "unless", "default", "otherwise", "if not given", "else"];
             if is_optional && !says_so.iter().any(|word| text.contains(word)) && !function.text.contains("left out") {

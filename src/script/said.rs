@@ -187,7 +187,7 @@ pub const CHAPTER: Chapter = Chapter {
             forms: &["print(value)", "print()"],
             text: "Writes a line to stderr, with its place in the script and the frames that said it: each distinct line once. \
                    `--log FILE` writes them to a file.",
-            arguments: &[("value", "anything")],
+            arguments: &[("value", "anything; an empty line if left out")],
             example: "print(`t is ${f.t}`);",
             register: |engine| {
                 engine.register_fn(PRINT, |context: NativeCallContext| say(&context, "")).register_fn(

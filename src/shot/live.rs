@@ -169,7 +169,9 @@ impl LiveCache {
 
     /// Whether the frame that is looked at can be shown under other colours of its lights without tracing it.
     pub fn can_relight(&self) -> bool {
-        self.emitters.as_ref().zip(self.lit.as_ref()).is_some_and(|(films, lit)| films.can_light(lit))
+        let known = self.emitters.as_ref().zip(self.lit.as_ref());
+        // What is known of the frame before says nothing of the one that has taken its place.
+        self.latest.is_none() && known.is_some_and(|(films, lit)| films.can_light(lit))
     }
 
     /// Whether [`Shot::know_emitters`] has something to do for the frame that is looked at.
