@@ -79,6 +79,9 @@ pub fn of_function(name: &str) -> Option<String> {
         }
         "linspace" | "arange" | "xrange" => "to count, write for i in 0..10 { let x = i / 10; }",
         "lookat" => "an entity is turned by e.look_at([0, 1, 0]), the camera by s.camera.at = [0, 1, 0]",
+        "at" | "getpoint" | "getpointat" | "pointatlength" | "pointat" | "pointfromproportion" => {
+            "a point of a path is along(path, t), with t from 0 to 1"
+        }
         "deg2rad" | "degtorad" | "toradians" | "radians" => "write to_radians(x); fields take degrees",
         "rad2deg" | "radtodeg" | "todegrees" | "degrees" => "write to_degrees(x)",
         "meshstandardmaterial"
@@ -195,6 +198,7 @@ mod tests {
             assert!(help.contains(part), "{name}: {help}");
         };
         says("rotate", "e.yaw");
+        says("getPointAt", "along(path, t)");
         says("rotateY", "e.yaw");
         says("Color", "[1, 0.5, 0]");
         says("Sphere", "sphere: #{");
